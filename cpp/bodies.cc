@@ -1,0 +1,202 @@
+// Rigid bodies: adding, moving, pushing, reading.
+#include <algorithm>
+
+#include "state.h"
+#include "world.h"
+
+namespace itarl {
+
+namespace {
+
+// Principal moments of inertia. Bullet inverts them, in its own precision.
+btVector3 inertia_of(const Call& call, const BodySpec& spec, const ShapeEntry& shape,
+                     btScalar mass) {
+  btVector3 inertia(0, 0, 0);
+  if (spec.has_inertia) {
+    inertia = call.numbers("inertia", spec.inertia);
+  } else {
+    shape.shape->calculateLocalInertia(mass, inertia);
+  }
+  for (int i = 0; i < 3; ++i) {
+    if (!(inertia[i] > 0 && std::isfinite(1 / inertia[i]) && std::isfinite(inertia[i]))) {
+      call.refuse(spec.has_inertia ? "inertia" : "inertia from mass and shape",
+                  "above 0, with a finite inverse", inertia[i]);
+    }
+  }
+  return inertia;
+}
+
+// A command from outside must not fall on a sleeping body.
+void wake(btRigidBody& body) { body.activate(); }
+
+}  // namespace
+
+BodyId World::add_body(const BodySpec& spec) {
+  const Call call{"add_body"};
+  State& state = *state_;
+  if (state.live_bodies == kMostBodies) {
+    call.refuse("body", "one of at most " + std::to_string(kMostBodies) + " in a world",
+                "one more");
+  }
+  ShapeEntry& shape = state.shape(call, "shape", spec.shape);
+  const btTransform pose = to_transform(call, "pose", spec.pose);
+  const bool dynamic = spec.motion == Motion::Dynamic;
+  btScalar mass = 0;
+  btVector3 inertia(0, 0, 0);
+  if (dynamic) {
+    mass = call.within("mass", spec.mass, 1e-12, 1e12, "between 1e-12 and 1e12 kg");
+    if (!shape.solid) {
+      call.refuse("shape", "a solid one for a dynamic body", shape.shape->getName());
+    }
+    inertia = inertia_of(call, spec, shape, mass);
+  }
+
+  btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, shape.shape.get(), inertia);
+  info.m_startWorldTransform = pose;
+  info.m_friction = call.non_negative("friction", spec.friction);
+  info.m_rollingFriction = call.non_negative("rolling_friction", spec.rolling_friction);
+  info.m_spinningFriction = call.non_negative("spinning_friction", spec.spinning_friction);
+  const char* const fraction = "between 0 and 1";
+  info.m_restitution = call.within("restitution", spec.restitution, 0, 1, fraction);
+  info.m_linearDamping = call.within("linear_damping", spec.linear_damping, 0, 1, fraction);
+  info.m_angularDamping = call.within("angular_damping", spec.angular_damping, 0, 1, fraction);
+
+  auto entry = std::make_unique<BodyEntry>();
+  entry->body = std::make_unique<btRigidBody>(info);
+  entry->shape = spec.shape.slot;
+  entry->motion = spec.motion;
+  btRigidBody& body = *entry->body;
+  body.setUserIndex(static_cast<int>(state.bodies.size()));
+  if (spec.motion == Motion::Kinematic) {
+    body.setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+    body.setActivationState(DISABLE_DEACTIVATION);  // else its poses go unnoticed
+  } else if (dynamic && !state.sleeping) {
+    body.setActivationState(DISABLE_DEACTIVATION);
+  }
+
+  state.bodies.push_back(std::move(entry));
+  state.world.addRigidBody(&body, spec.group, spec.mask);
+  ++shape.users;
+  ++state.live_bodies;
+  return BodyId{static_cast<std::uint32_t>(state.bodies.size() - 1)};
+}
+
+void World::remove_body(BodyId id) {
+  const Call call{"remove_body"};
+  State& state = *state_;
+  BodyEntry& entry = state.body(call, "id", id);
+  if (entry.joints > 0) {
+    call.refuse("id", "a body without joints: remove them first",
+                "body " + std::to_string(id.slot) + " with " + std::to_string(entry.joints));
+  }
+  // What slept on it must notice.
+  for (int i = 0; i < state.dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold& manifold = *state.dispatcher.getManifoldByIndexInternal(i);
+    if (manifold.getBody0() == entry.body.get()) manifold.getBody1()->activate();
+    if (manifold.getBody1() == entry.body.get()) manifold.getBody0()->activate();
+  }
+  state.world.removeRigidBody(entry.body.get());
+  --state.shapes[entry.shape]->users;
+  --state.live_bodies;
+  state.bodies[id.slot].reset();
+}
+
+void World::set_pose(BodyId id, const Pose& pose) {
+  const Call call{"set_pose"};
+  BodyEntry& entry = state_->body(call, "id", id);
+  const btTransform checked = to_transform(call, "pose", pose);
+  if (entry.motion == Motion::Static) {
+    call.refuse("id", "a dynamic or kinematic body",
+                "body " + std::to_string(id.slot) + ", which is static");
+  }
+  btRigidBody& body = *entry.body;
+  if (entry.motion == Motion::Kinematic) {
+    // Bullet takes the velocity from the difference to its interpolation transform.
+    body.setWorldTransform(checked);
+  } else {
+    body.setCenterOfMassTransform(checked);
+    body.setInterpolationWorldTransform(checked);
+  }
+  wake(body);
+}
+
+void World::set_velocity(BodyId id, std::array<double, 3> linear, std::array<double, 3> angular) {
+  const Call call{"set_velocity"};
+  BodyEntry& entry = state_->body(call, "id", id);
+  const btVector3 checked_linear = call.numbers("linear", linear);
+  const btVector3 checked_angular = call.numbers("angular", angular);
+  if (entry.motion != Motion::Dynamic) {
+    call.refuse("id", "a dynamic body",
+                "body " + std::to_string(id.slot) + ", which is static or kinematic");
+  }
+  entry.body->setLinearVelocity(checked_linear);
+  entry.body->setAngularVelocity(checked_angular);
+  wake(*entry.body);
+}
+
+void World::push(BodyId id, Push kind, std::array<double, 3> vector, bool has_point,
+                 std::array<double, 3> point) {
+  const Call call{"push"};
+  BodyEntry& entry = state_->body(call, "id", id);
+  const btVector3 checked = call.numbers("vector", vector);
+  if (entry.motion != Motion::Dynamic) {
+    call.refuse("id", "a dynamic body",
+                "body " + std::to_string(id.slot) + ", which is static or kinematic");
+  }
+  btRigidBody& body = *entry.body;
+  btVector3 arm(0, 0, 0);
+  if (has_point) arm = call.point("point", point) - body.getCenterOfMassPosition();
+  switch (kind) {
+    case Push::Force:
+      body.applyForce(checked, arm);
+      break;
+    case Push::Torque:
+      body.applyTorque(checked);
+      break;
+    case Push::Impulse:
+      body.applyImpulse(checked, arm);
+      break;
+    case Push::AngularImpulse:
+      body.applyTorqueImpulse(checked);
+      break;
+    default:
+      call.refuse("kind", "a kind of push", std::to_string(int(kind)));
+  }
+  wake(body);
+}
+
+std::size_t World::body_slots() const noexcept { return state_->bodies.size(); }
+
+void World::read_bodies(rust::Slice<BodyState> out) const {
+  if (out.size() != state_->bodies.size()) {
+    Call{"read_bodies"}.refuse("out", std::to_string(state_->bodies.size()) + " entries long",
+                               std::to_string(out.size()));
+  }
+  for (std::size_t slot = 0; slot < out.size(); ++slot) {
+    BodyState& to = out[slot];
+    if (!state_->bodies[slot]) {
+      to = BodyState{};
+      continue;
+    }
+    const btRigidBody& body = *state_->bodies[slot]->body;
+    const btTransform& pose = body.getWorldTransform();
+    to.position = to_array(pose.getOrigin());
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column) {
+        to.rotation[3 * row + column] = pose.getBasis()[row][column];
+      }
+    }
+    to.linear_velocity = to_array(body.getLinearVelocity());
+    to.angular_velocity = to_array(body.getAngularVelocity());
+    to.exists = true;
+    to.awake = body.isActive();
+  }
+}
+
+std::array<double, 4> World::body_mass(BodyId id) const {
+  const BodyEntry& entry = state_->body(Call{"mass_properties"}, "id", id);
+  const btVector3 inertia = entry.body->getLocalInertia();
+  return {entry.body->getMass(), inertia.x(), inertia.y(), inertia.z()};
+}
+
+}  // namespace itarl

@@ -1,0 +1,102 @@
+// What a World owns, from top to bottom, and the order in which it goes: bottom up.
+#pragma once
+
+#include <BulletCollision/BroadphaseCollision/btSimpleBroadphase.h>
+#include <btBulletDynamicsCommon.h>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bullet/src/bridge.rs.h"
+#include "checks.h"
+
+namespace itarl {
+
+#ifdef ITARL_FLOAT64
+static_assert(sizeof(btScalar) == 8, "float64 needs Bullet's headers with BT_USE_DOUBLE_PRECISION");
+#else
+static_assert(sizeof(btScalar) == 4, "BT_USE_DOUBLE_PRECISION without the crate's feature float64");
+#endif
+
+// btSimpleBroadphase has a fixed number of places and compares all pairs.
+inline constexpr int kMostBodies = 4096;
+
+// Bullet's mesh shape points into these.
+struct MeshData {
+  std::vector<btScalar> vertices;  // x, y, z of each
+  std::vector<int> indices;        // three a triangle
+  btTriangleIndexVertexArray view;
+};
+
+struct ShapeEntry {
+  std::unique_ptr<MeshData> mesh;
+  std::unique_ptr<btCollisionShape> shape;
+  std::vector<std::uint32_t> children;  // slots of a compound's shapes
+  int users = 0;                        // bodies and compounds that point to it
+  bool solid = true;                    // false for planes and meshes, which have no inside
+};
+
+struct BodyEntry {
+  std::unique_ptr<btRigidBody> body;
+  std::uint32_t shape = 0;
+  Motion motion = Motion::Static;
+  int joints = 0;
+};
+
+struct JointEntry {
+  std::unique_ptr<btTypedConstraint> joint;
+  JointKind kind = JointKind::Fixed;
+  btTransform frame_in_parent;
+  btTransform frame_in_child;
+  BodyEntry* parent = nullptr;
+  BodyEntry* child = nullptr;
+  std::array<bool, 6> has_motor{};
+  btJointFeedback feedback{};
+};
+
+struct State {
+  explicit State(const WorldSpec& spec);
+  ~State();
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+
+  btDefaultCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher;
+  // Not btDbvtBroadphase, Bullet's usual one: with its grown boxes and its tree of them, which
+  // pairs it holds depends on the past, and a snapshot would have to bring all that back. This
+  // one's only memory is the order of the pairs; for one robot it's as quick.
+  btSimpleBroadphase broadphase;
+  btSequentialImpulseConstraintSolver solver;
+  // Slots are never used again; an empty pointer is a removed entry.
+  std::vector<std::unique_ptr<ShapeEntry>> shapes;
+  std::vector<std::unique_ptr<BodyEntry>> bodies;
+  std::vector<std::unique_ptr<JointEntry>> joints;
+  btDiscreteDynamicsWorld world;
+
+  btScalar time_step;
+  bool sleeping;
+  std::uint64_t steps = 0;
+  int live_bodies = 0;
+  // Set when the state stopped being finite, or half of one was restored: Bullet must not go on.
+  std::optional<Refusal> broken;
+  std::vector<std::uint8_t> snapshot;  // the buffer behind encode_state
+
+  ShapeEntry& shape(const Call& call, std::string_view argument, ShapeId id);
+  BodyEntry& body(const Call& call, std::string_view argument, BodyId id) const;
+  JointEntry& joint(const Call& call, std::string_view argument, JointId id) const;
+};
+
+// The slot of a body, which Bullet carries as its user index.
+inline std::uint32_t slot_of(const btCollisionObject& object) {
+  return static_cast<std::uint32_t>(object.getUserIndex());
+}
+
+inline btTransform to_transform(const Call& call, const std::string& argument, const Pose& pose) {
+  return btTransform(call.rotation(argument + ".rotation", pose.rotation),
+                     call.point(argument + ".position", pose.position));
+}
+
+}  // namespace itarl

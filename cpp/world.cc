@@ -1,0 +1,105 @@
+// A world's life and its step.
+#include "world.h"
+
+#include "state.h"
+
+namespace itarl {
+
+namespace {
+
+template <typename Entry, typename Id>
+Entry& find(const std::vector<std::unique_ptr<Entry>>& entries, const Call& call,
+            std::string_view argument, Id id) {
+  if (id.slot >= entries.size()) {
+    call.refuse_id(argument, std::to_string(id.slot),
+                   "only " + std::to_string(entries.size()) + " were ever added");
+  }
+  if (!entries[id.slot]) call.refuse_id(argument, std::to_string(id.slot), "it was removed");
+  return *entries[id.slot];
+}
+
+// Throws, naming the first body whose state isn't finite. A sum is finite only if its terms are,
+// or if they nearly overflow, which is as good as infinite.
+void check_finite(const State& state) {
+  for (const auto& entry : state.bodies) {
+    if (!entry || entry->motion == Motion::Static) continue;
+    const btRigidBody& body = *entry->body;
+    const auto check = [&](const char* quantity, const btVector3& v) {
+      const btScalar sum = v.x() + v.y() + v.z();
+      if (std::isfinite(sum)) return;
+      refuse_state(std::to_string(slot_of(body)), std::to_string(state.steps), quantity,
+                   "(" + to_text(v.x()) + ", " + to_text(v.y()) + ", " + to_text(v.z()) + ")");
+    };
+    check("linear velocity", body.getLinearVelocity());
+    check("angular velocity", body.getAngularVelocity());
+    check("position", body.getWorldTransform().getOrigin());
+    for (int row = 0; row < 3; ++row) check("rotation", body.getWorldTransform().getBasis()[row]);
+  }
+}
+
+}  // namespace
+
+State::State(const WorldSpec& spec)
+    : dispatcher(&configuration),
+      broadphase(kMostBodies),
+      world(&dispatcher, &broadphase, &solver, &configuration) {
+  const Call call{"World::new"};
+  world.setGravity(call.numbers("gravity", spec.gravity));
+  time_step = call.within("time_step", spec.time_step, 1e-6, 1, "between 1e-6 and 1 s");
+  if (spec.iterations < 1 || spec.iterations > 1'000'000) {
+    call.refuse("iterations", "between 1 and 1000000", std::to_string(spec.iterations));
+  }
+  const char* const fraction = "between 0 and 1";
+  btContactSolverInfo& info = world.getSolverInfo();
+  info.m_numIterations = static_cast<int>(spec.iterations);
+  info.m_solverMode = spec.solver_mode;
+  info.m_erp = call.within("joint_erp", spec.joint_erp, 0, 1, fraction);
+  info.m_erp2 = call.within("contact_erp", spec.contact_erp, 0, 1, fraction);
+  info.m_globalCfm = call.non_negative("cfm", spec.cfm);
+  info.m_splitImpulse = spec.split_impulse;
+  info.m_splitImpulsePenetrationThreshold =
+      call.number("split_impulse_threshold", spec.split_impulse_threshold);
+  sleeping = spec.sleeping;
+}
+
+State::~State() {
+  for (const auto& entry : joints) {
+    if (entry) world.removeConstraint(entry->joint.get());
+  }
+  for (const auto& entry : bodies) {
+    if (entry) world.removeRigidBody(entry->body.get());
+  }
+}
+
+ShapeEntry& State::shape(const Call& call, std::string_view argument, ShapeId id) {
+  return find(shapes, call, argument, id);
+}
+BodyEntry& State::body(const Call& call, std::string_view argument, BodyId id) const {
+  return find(bodies, call, argument, id);
+}
+JointEntry& State::joint(const Call& call, std::string_view argument, JointId id) const {
+  return find(joints, call, argument, id);
+}
+
+World::World(const WorldSpec& spec) : state_(std::make_unique<State>(spec)) {}
+World::~World() = default;
+
+std::unique_ptr<World> new_world(const WorldSpec& spec) { return std::make_unique<World>(spec); }
+
+void World::step() {
+  State& state = *state_;
+  if (state.broken) throw *state.broken;
+  // With 0 substeps stepSimulation makes one step of exactly this length.
+  state.world.stepSimulation(state.time_step, 0);
+  ++state.steps;
+  try {
+    check_finite(state);
+  } catch (const Refusal& refusal) {
+    state.broken = refusal;
+    throw;
+  }
+}
+
+std::uint64_t World::steps() const noexcept { return state_->steps; }
+
+}  // namespace itarl

@@ -1,0 +1,97 @@
+//! Finds Debian's Bullet, compiles the shim in `cpp/` against it, and reads from Bullet's own
+//! headers what mustn't be copied by hand.
+
+use std::{env, error::Error, path::Path, path::PathBuf};
+
+const SOURCES: [&str; 6] =
+    ["world.cc", "shapes.cc", "bodies.cc", "joints.cc", "contacts.cc", "snapshot.cc"];
+const HEADERS: [&str; 4] = ["world.h", "state.h", "checks.h", "refusal.h"];
+/// Where the shim's comments on Bullet's inner workings, and its snapshots, were checked.
+const BULLET_VERSION: &str = "3.24";
+
+fn main() {
+    if let Err(error) = build() {
+        // Cargo shows a build script's standard error only if it fails, as it does here.
+        eprintln!("\nerror: {error}\n");
+        std::process::exit(1);
+    }
+}
+
+fn build() -> Result<(), Box<dyn Error>> {
+    let float64 = env::var_os("CARGO_FEATURE_FLOAT64").is_some();
+    let include_paths = find_bullet(float64)?;
+    let cpp = Path::new(&env::var("CARGO_MANIFEST_DIR")?).join("../../cpp");
+
+    // The precision is set here and not left to pkg-config's flags, whose defines differ between
+    // packagings; state.h and the linker hold headers and library to it.
+    let define = float64.then_some("BT_USE_DOUBLE_PRECISION");
+
+    let mut shim = cxx_build::bridge("src/bridge.rs");
+    shim.std("c++17")
+        .opt_level(2)
+        .include(&cpp)
+        .files(SOURCES.map(|file| cpp.join(file)))
+        // Bullet's headers aren't ours to warn about.
+        .flags(include_paths.iter().map(|path| format!("-isystem{}", path.display())))
+        .flag("-Wall")
+        .flag("-Wextra")
+        // No fused multiply-add, whatever -march someone sets: bits don't depend on the machine.
+        .flag("-ffp-contract=off");
+    if let Some(define) = define {
+        shim.define(define, None).define("ITARL_FLOAT64", None);
+    }
+    shim.try_compile("itarl_bullet_shim").map_err(|error| {
+        format!(
+            "the C++ shim did not compile: {error}\n  A C++17 compiler is needed \
+             (Debian: apt-get install g++)."
+        )
+    })?;
+
+    for file in SOURCES.iter().chain(&HEADERS) {
+        println!("cargo::rerun-if-changed={}", cpp.join(file).display());
+    }
+    read_headers(&include_paths, define)
+}
+
+/// Tells cargo what to link; gives the include paths.
+fn find_bullet(float64: bool) -> Result<Vec<PathBuf>, Box<dyn Error>> {
+    let package = if float64 { "bullet-float64" } else { "bullet" };
+    let library = pkg_config::Config::new()
+        .atleast_version(BULLET_VERSION)
+        .probe(package)
+        .map_err(|error| {
+            format!(
+                "Bullet {BULLET_VERSION} or newer was not found.\n  Install its development files \
+                 (Debian: apt-get install libbullet-dev pkg-config), or run `make test`, which \
+                 does.\n  What pkg-config said of {package}:\n{error}"
+            )
+        })?;
+    // The compiler's own /usr/include must keep its place behind those of C++.
+    let own = |path: &PathBuf| path != Path::new("/usr/include");
+    Ok(library.include_paths.into_iter().filter(own).collect())
+}
+
+/// Version, solver modes and collision groups, as constants.
+fn read_headers(include_paths: &[PathBuf], define: Option<&str>) -> Result<(), Box<dyn Error>> {
+    let constants = bindgen::Builder::default()
+        .header_contents(
+            "constants.hpp",
+            "#include <btBulletDynamicsCommon.h>\nconst int SCALAR_BYTES = sizeof(btScalar);",
+        )
+        .clang_args(["-x", "c++", "-std=c++17"])
+        .clang_args(include_paths.iter().map(|path| format!("-I{}", path.display())))
+        .clang_args(define.map(|define| format!("-D{define}")))
+        .allowlist_var("BT_BULLET_VERSION|SCALAR_BYTES")
+        .allowlist_type("btSolverMode|btBroadphaseProxy_CollisionFilterGroups")
+        .default_enum_style(bindgen::EnumVariation::Consts)
+        .prepend_enum_name(false)
+        .generate()
+        .map_err(|error| {
+            format!(
+                "bindgen could not read Bullet's headers: {error}\n  It needs libclang \
+                 (Debian: apt-get install libclang-dev)."
+            )
+        })?;
+    constants.write_to_file(Path::new(&env::var("OUT_DIR")?).join("constants.rs"))?;
+    Ok(())
+}

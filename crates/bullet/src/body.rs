@@ -1,0 +1,164 @@
+//! Rigid bodies.
+
+use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
+
+use crate::{
+    bridge::ffi,
+    constants,
+    ffi::{BodyState, Motion, ShapeId},
+};
+
+/// A body to be added with [`World::add_body`](crate::World::add_body).
+///
+/// ```
+/// use bullet::{Body, Shape, World, WorldSettings};
+/// use nalgebra::Isometry3;
+/// let mut world = World::new(&WorldSettings::default())?;
+/// let ball = world.add_shape(&Shape::Sphere { radius: 0.1 })?;
+/// let body = world.add_body(&Body {
+///     friction: 1.0,
+///     ..Body::dynamic(ball, 2.0, Isometry3::translation(0.0, 0.0, 1.0))
+/// })?;
+/// # Ok::<(), bullet::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Body {
+    /// What it collides as.
+    pub shape: ShapeId,
+    /// How it moves.
+    pub motion: Motion,
+    /// Of its centre of mass, in world coordinates.
+    pub pose: Isometry3<f64>,
+    /// In kg, between 1e-12 and 1e12; of dynamic bodies only.
+    pub mass: f64,
+    /// Principal moments about the axes of its own frame, in kg m²; None: those of the shape,
+    /// filled evenly.
+    pub inertia: Option<Vector3<f64>>,
+    /// Coulomb's coefficient; a contact has the product of its two bodies' coefficients.
+    pub friction: f64,
+    /// Torque against rolling, as a lever arm in m.
+    pub rolling_friction: f64,
+    /// Torque against spinning on the contact normal, as a lever arm in m.
+    pub spinning_friction: f64,
+    /// Share of the approaching speed that is left after a collision, 0 to 1; a contact has the
+    /// product of its two bodies'. Below 0.2 m/s Bullet takes 0.
+    pub restitution: f64,
+    /// Share of the linear velocity lost within 1 s, 0 to 1.
+    pub linear_damping: f64,
+    /// Share of the angular velocity lost within 1 s, 0 to 1.
+    pub angular_damping: f64,
+    /// Which bodies it can touch.
+    pub filter: CollisionFilter,
+}
+
+impl Body {
+    /// A body moved by forces, with Bullet's defaults: friction 0.5, all else 0.
+    pub fn dynamic(shape: ShapeId, mass: f64, pose: Isometry3<f64>) -> Self {
+        let filter = CollisionFilter::moving();
+        Self::with(shape, Motion::Dynamic, mass, pose, filter)
+    }
+
+    /// A body that never moves, with Bullet's defaults: friction 0.5, all else 0.
+    pub fn fixed(shape: ShapeId, pose: Isometry3<f64>) -> Self {
+        let filter = CollisionFilter::still();
+        Self::with(shape, Motion::Static, 0.0, pose, filter)
+    }
+
+    /// A body moved by the caller, with Bullet's defaults: friction 0.5, all else 0.
+    pub fn kinematic(shape: ShapeId, pose: Isometry3<f64>) -> Self {
+        let filter = CollisionFilter::still();
+        Self::with(shape, Motion::Kinematic, 0.0, pose, filter)
+    }
+
+    fn with(
+        shape: ShapeId,
+        motion: Motion,
+        mass: f64,
+        pose: Isometry3<f64>,
+        filter: CollisionFilter,
+    ) -> Self {
+        Self {
+            shape,
+            motion,
+            pose,
+            mass,
+            inertia: None,
+            friction: 0.5,
+            rolling_friction: 0.0,
+            spinning_friction: 0.0,
+            restitution: 0.0,
+            linear_damping: 0.0,
+            angular_damping: 0.0,
+            filter,
+        }
+    }
+
+    pub(crate) fn to_spec(&self) -> ffi::BodySpec {
+        ffi::BodySpec {
+            shape: self.shape,
+            motion: self.motion,
+            pose: to_pose(&self.pose),
+            mass: self.mass,
+            has_inertia: self.inertia.is_some(),
+            inertia: self.inertia.unwrap_or_default().into(),
+            friction: self.friction,
+            rolling_friction: self.rolling_friction,
+            spinning_friction: self.spinning_friction,
+            restitution: self.restitution,
+            linear_damping: self.linear_damping,
+            angular_damping: self.angular_damping,
+            group: self.filter.group,
+            mask: self.filter.mask,
+        }
+    }
+}
+
+/// Two bodies can touch if each one's `mask` has a bit of the other's `group`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct CollisionFilter {
+    /// Bits of what the body is.
+    pub group: i32,
+    /// Bits of what it touches.
+    pub mask: i32,
+}
+
+impl CollisionFilter {
+    /// Bullet's default for dynamic bodies: touches all.
+    pub const fn moving() -> Self {
+        Self { group: constants::DefaultFilter, mask: constants::AllFilter }
+    }
+
+    /// Bullet's default for static and kinematic bodies: touches all but its own kind.
+    pub const fn still() -> Self {
+        Self {
+            group: constants::StaticFilter,
+            mask: constants::AllFilter ^ constants::StaticFilter,
+        }
+    }
+}
+
+impl BodyState {
+    /// Centre of mass and orientation. The quaternion is computed from the matrix that Bullet
+    /// keeps, so it's rounded; `position` and `rotation` hold the exact bits.
+    pub fn pose(&self) -> Isometry3<f64> {
+        let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_row_slice(&self.rotation));
+        let quaternion = UnitQuaternion::from_rotation_matrix(&rotation);
+        Isometry3::from_parts(Point3::from(self.position).into(), quaternion)
+    }
+
+    /// A direction of the body's frame in world coordinates.
+    pub fn direction(&self, in_body: &Vector3<f64>) -> Vector3<f64> {
+        Matrix3::from_row_slice(&self.rotation) * in_body
+    }
+
+    /// Of a body that doesn't rotate, at a point of the body given in world coordinates, in m/s.
+    pub fn velocity_at(&self, point: &Point3<f64>) -> Vector3<f64> {
+        let arm = point - Point3::from(self.position);
+        Vector3::from(self.linear_velocity) + Vector3::from(self.angular_velocity).cross(&arm)
+    }
+}
+
+pub(crate) fn to_pose(pose: &Isometry3<f64>) -> ffi::Pose {
+    let q = pose.rotation.coords;
+    ffi::Pose { position: pose.translation.vector.into(), rotation: [q.x, q.y, q.z, q.w] }
+}

@@ -1,0 +1,327 @@
+//! The crossing to C++: the one file where `unsafe` is allowed.
+//!
+//! Few and wide: a call moves whole buffers, ids and plain structs, never a C++ reference.
+//! Every function that can refuse returns `Result`; the shim (`cpp/`) checks all arguments, and
+//! `cpp/refusal.h` turns whatever C++ throws into an `Err`, so nothing here can end the process.
+//! Numbers cross as `f64` whatever Bullet's precision (exact for `f32`).
+//!
+//! The structs are the shim's flat view. Those that a caller sees every step (states, contacts,
+//! motor commands) are public as they are; the others are filled in by the typed settings of
+//! `shape.rs`, `body.rs` and `joint.rs`.
+#![allow(unsafe_code)]
+// cxx makes everything in its module public; what leaves the crate is chosen in lib.rs.
+#![allow(unreachable_pub)]
+
+#[cxx::bridge(namespace = "itarl")]
+pub mod ffi {
+    /// A shape in a [`World`](crate::World).
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+    pub struct ShapeId {
+        /// Counts the shapes ever added to that world, from 0; never used again after removal.
+        pub slot: u32,
+    }
+
+    /// A body in a [`World`](crate::World).
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+    pub struct BodyId {
+        /// Counts the bodies ever added to that world, from 0; never used again after removal.
+        /// It is the body's place in the buffer of [`World::read_bodies`](crate::World::read_bodies).
+        pub slot: u32,
+    }
+
+    /// A joint in a [`World`](crate::World).
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+    pub struct JointId {
+        /// Counts the joints ever added to that world, from 0; never used again after removal.
+        /// It is the joint's place in the buffer of [`World::read_joints`](crate::World::read_joints).
+        pub slot: u32,
+    }
+
+    /// One degree of freedom of a joint: along or about an axis of its frame.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+    #[repr(u8)]
+    pub enum Axis {
+        /// Translation along x.
+        LinearX,
+        /// Translation along y.
+        LinearY,
+        /// Translation along z.
+        LinearZ,
+        /// Rotation about x.
+        AngularX,
+        /// Rotation about y.
+        AngularY,
+        /// Rotation about z.
+        AngularZ,
+    }
+
+    /// How a body moves.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+    #[repr(u8)]
+    pub enum Motion {
+        /// Never moves; no mass.
+        Static,
+        /// Moved by forces, contacts and joints.
+        Dynamic,
+        /// Moved by the caller ([`World::set_pose`](crate::World::set_pose)); pushes dynamic
+        /// bodies and isn't pushed back.
+        Kinematic,
+    }
+
+    /// What [`World::push`](crate::World::push) adds.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+    #[repr(u8)]
+    pub enum Push {
+        /// Force in N, acts during the next step.
+        Force,
+        /// Torque in N m, acts during the next step.
+        Torque,
+        /// Impulse in N s, changes the velocities at once.
+        Impulse,
+        /// Angular impulse in N m s, changes the angular velocity at once.
+        AngularImpulse,
+    }
+
+    /// What a body does now, in world coordinates.
+    #[derive(Clone, Copy, Debug, Default, PartialEq)]
+    pub struct BodyState {
+        /// Centre of mass in m.
+        pub position: [f64; 3],
+        /// Body to world, `[3 x 3]` row-major, as Bullet keeps it.
+        pub rotation: [f64; 9],
+        /// Of the centre of mass, in m/s.
+        pub linear_velocity: [f64; 3],
+        /// In rad/s.
+        pub angular_velocity: [f64; 3],
+        /// False where the body was removed; all else is then 0.
+        pub exists: bool,
+        /// False while Bullet has put the body to sleep, and for static bodies.
+        pub awake: bool,
+    }
+
+    /// What a joint does now; see [`Joint`](crate::Joint) for the conventions.
+    #[derive(Clone, Copy, Debug, Default, PartialEq)]
+    pub struct JointState {
+        /// By [`Axis`](crate::Axis): the child's frame seen from the parent's frame, in m and rad.
+        /// An axis that the joint locks reads the joint's error.
+        pub position: [f64; 6],
+        /// Time derivatives of `position`, in m/s and rad/s.
+        pub velocity: [f64; 6],
+        /// Force of the joint on the child at its centre of mass, world coordinates, in N, over
+        /// the last step.
+        pub force: [f64; 3],
+        /// Torque of the joint on the child about its centre of mass, world coordinates, in N m,
+        /// over the last step.
+        pub torque: [f64; 3],
+        /// False where the joint was removed; all else is then 0.
+        pub exists: bool,
+    }
+
+    /// A contact point of the last step's collision detection.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Contact {
+        /// The first body.
+        pub a: BodyId,
+        /// The second body.
+        pub b: BodyId,
+        /// On the surface of `b`, world coordinates, in m.
+        pub point: [f64; 3],
+        /// Unit vector from `b` towards `a`, world coordinates.
+        pub normal: [f64; 3],
+        /// Gap in m, negative where the bodies overlap. Bullet keeps points up to 0.02 m apart.
+        pub distance: f64,
+        /// Normal impulse on `a` along `normal` in the last step, in N s, at least 0.
+        pub impulse: f64,
+        /// Friction impulse on `a` in the last step, world coordinates, in N s.
+        pub friction_impulse: [f64; 3],
+    }
+
+    /// New target of a motor.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct MotorCommand {
+        /// Which joint.
+        pub joint: JointId,
+        /// Which of its axes; it must have been built with a motor.
+        pub axis: Axis,
+        /// In m/s or rad/s, positive where the axis' position grows.
+        pub target_velocity: f64,
+        /// The most it may use, in N or N m, at least 0.
+        pub max_force: f64,
+    }
+
+    #[derive(Clone, Copy, Debug, Serialize)]
+    struct WorldSpec {
+        gravity: [f64; 3],
+        time_step: f64,
+        iterations: u32,
+        solver_mode: i32,
+        joint_erp: f64,
+        contact_erp: f64,
+        cfm: f64,
+        split_impulse: bool,
+        split_impulse_threshold: f64,
+        sleeping: bool,
+    }
+
+    #[derive(Clone, Copy, Debug, Serialize)]
+    struct Pose {
+        position: [f64; 3],
+        /// x, y, z, w
+        rotation: [f64; 4],
+    }
+
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+    #[repr(u8)]
+    enum Primitive {
+        /// size: normal x, y, z; offset
+        Plane,
+        /// size: half extents x, y, z; -
+        Box,
+        /// size: radius; -; -; -
+        Sphere,
+        /// size: radius; length; -; -
+        Capsule,
+        /// size: radius; length; -; -
+        Cylinder,
+    }
+
+    #[derive(Clone, Copy, Debug, Serialize)]
+    struct PrimitiveSpec {
+        kind: Primitive,
+        size: [f64; 4],
+        /// 0, 1, 2: capsules and cylinders lie along x, y, z
+        axis: u8,
+    }
+
+    #[derive(Clone, Copy, Debug, Serialize)]
+    struct CompoundChild {
+        shape: ShapeId,
+        pose: Pose,
+    }
+
+    #[derive(Clone, Copy, Debug, Serialize)]
+    struct BodySpec {
+        shape: ShapeId,
+        motion: Motion,
+        pose: Pose,
+        mass: f64,
+        has_inertia: bool,
+        inertia: [f64; 3],
+        friction: f64,
+        rolling_friction: f64,
+        spinning_friction: f64,
+        restitution: f64,
+        linear_damping: f64,
+        angular_damping: f64,
+        group: i32,
+        mask: i32,
+    }
+
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+    #[repr(u8)]
+    enum JointKind {
+        Fixed,
+        PointToPoint,
+        Hinge,
+        Slider,
+        SixDofSpring,
+    }
+
+    /// `Option<f64>` for C++.
+    #[derive(Clone, Copy, Debug, Default, Serialize)]
+    struct Maybe {
+        given: bool,
+        value: f64,
+    }
+
+    #[derive(Clone, Copy, Debug, Serialize)]
+    struct AxisSpec {
+        /// lower > upper: free
+        lower: f64,
+        upper: f64,
+        stop_erp: Maybe,
+        stop_cfm: Maybe,
+        stop_bounce: Maybe,
+        has_motor: bool,
+        motor_velocity: f64,
+        motor_force: f64,
+        has_spring: bool,
+        spring_stiffness: f64,
+        spring_damping: f64,
+        spring_equilibrium: f64,
+    }
+
+    #[derive(Clone, Copy, Debug, Serialize)]
+    struct JointSpec {
+        kind: JointKind,
+        parent: BodyId,
+        child: BodyId,
+        frame_in_parent: Pose,
+        frame_in_child: Pose,
+        collide_connected: bool,
+        axes: [AxisSpec; 6],
+    }
+
+    unsafe extern "C++" {
+        include!("world.h");
+
+        /// All of a Bullet world, behind `std::unique_ptr`.
+        type World;
+
+        fn new_world(spec: &WorldSpec) -> Result<UniquePtr<World>>;
+
+        fn add_primitive(self: Pin<&mut World>, spec: &PrimitiveSpec) -> Result<ShapeId>;
+        fn add_hull(self: Pin<&mut World>, points: &[f64], margin: f64) -> Result<ShapeId>;
+        fn add_compound(self: Pin<&mut World>, children: &[CompoundChild]) -> Result<ShapeId>;
+        fn add_mesh(self: Pin<&mut World>, vertices: &[f64], triangles: &[u32]) -> Result<ShapeId>;
+        fn remove_shape(self: Pin<&mut World>, id: ShapeId) -> Result<()>;
+
+        fn add_body(self: Pin<&mut World>, spec: &BodySpec) -> Result<BodyId>;
+        fn remove_body(self: Pin<&mut World>, id: BodyId) -> Result<()>;
+        fn set_pose(self: Pin<&mut World>, id: BodyId, pose: &Pose) -> Result<()>;
+        fn set_velocity(
+            self: Pin<&mut World>,
+            id: BodyId,
+            linear: [f64; 3],
+            angular: [f64; 3],
+        ) -> Result<()>;
+        fn push(
+            self: Pin<&mut World>,
+            id: BodyId,
+            kind: Push,
+            vector: [f64; 3],
+            has_point: bool,
+            point: [f64; 3],
+        ) -> Result<()>;
+
+        fn add_joint(self: Pin<&mut World>, spec: &JointSpec) -> Result<JointId>;
+        fn remove_joint(self: Pin<&mut World>, id: JointId) -> Result<()>;
+        fn set_motors(self: Pin<&mut World>, commands: &[MotorCommand]) -> Result<()>;
+
+        fn step(self: Pin<&mut World>) -> Result<()>;
+        fn steps(&self) -> u64;
+
+        fn body_slots(&self) -> usize;
+        fn joint_slots(&self) -> usize;
+        fn contact_count(&self) -> usize;
+        /// `out` must have as many entries as there are slots or contacts.
+        fn read_bodies(&self, out: &mut [BodyState]) -> Result<()>;
+        fn read_joints(&self, out: &mut [JointState]) -> Result<()>;
+        fn read_contacts(&self, out: &mut [Contact]) -> Result<()>;
+        fn body_mass(&self, id: BodyId) -> Result<[f64; 4]>;
+
+        /// The world's dynamic state; the slice is the world's own buffer.
+        fn encode_state(self: Pin<&mut World>) -> Result<&[u8]>;
+        fn decode_state(self: Pin<&mut World>, bytes: &[u8]) -> Result<()>;
+    }
+}
+
+// SAFETY: a `World` owns everything it points to (`cpp/state.h`), and Bullet built without
+// BT_THREADSAFE, as Debian's is, ties nothing to a thread: no thread-local storage, no locks. What
+// its libraries share between worlds is constant after loading, but for three counters that it
+// only ever increments and never reads (body debug ids, CCD clamps, split-impulse recoveries);
+// lost increments can't reach a result. The shim never uses what would be shared: the static
+// fixed body of single-body joints, and the global callbacks. tests/determinism.rs steps worlds
+// in many threads, moved between them. Not `Sync`: Bullet's const methods aren't promised to be
+// free of caches.
+unsafe impl Send for ffi::World {}
