@@ -19,8 +19,8 @@ btVector3 inertia_of(const Call& call, const BodySpec& spec, const ShapeEntry& s
   }
   for (int i = 0; i < 3; ++i) {
     if (!(inertia[i] > 0 && std::isfinite(1 / inertia[i]) && std::isfinite(inertia[i]))) {
-      call.refuse(spec.has_inertia ? "inertia" : "inertia from mass and shape",
-                  "above 0, with a finite inverse", inertia[i]);
+      const std::string name = spec.has_inertia ? "inertia" : "inertia from mass and shape";
+      call.refuse(name + "." + "xyz"[i], "above 0, with a finite inverse", inertia[i]);
     }
   }
   return inertia;
@@ -40,6 +40,17 @@ BodyId World::add_body(const BodySpec& spec) {
   }
   ShapeEntry& shape = state.shape(call, "shape", spec.shape);
   const btTransform pose = to_transform(call, "pose", spec.pose);
+  // Turned any way, its bounding box must stay below the 1e6 m from corner to corner at which
+  // Bullet leaves the box where it was. A plane's has no end, and needn't move.
+  if (spec.motion != Motion::Static && shape.shape->getShapeType() != STATIC_PLANE_PROXYTYPE) {
+    btVector3 centre;
+    btScalar radius;
+    shape.shape->getBoundingSphere(centre, radius);
+    if (!(2 * radius <= kLargestMovingDiagonal)) {
+      call.refuse("shape", "at most 4e5 m from corner to corner for a body that moves",
+                  "one of " + to_text(2 * radius) + " m");
+    }
+  }
   const bool dynamic = spec.motion == Motion::Dynamic;
   btScalar mass = 0;
   btVector3 inertia(0, 0, 0);
@@ -86,8 +97,8 @@ void World::remove_body(BodyId id) {
   State& state = *state_;
   BodyEntry& entry = state.body(call, "id", id);
   if (entry.joints > 0) {
-    call.refuse("id", "a body without joints: remove them first",
-                "body " + std::to_string(id.slot) + " with " + std::to_string(entry.joints));
+    call.refuse("id", "a body without joints",
+                "body " + std::to_string(id.slot) + ", which has " + std::to_string(entry.joints));
   }
   // What slept on it must notice.
   for (int i = 0; i < state.dispatcher.getNumManifolds(); ++i) {
@@ -146,6 +157,21 @@ void World::push(BodyId id, Push kind, std::array<double, 3> vector, bool has_po
   btRigidBody& body = *entry.body;
   btVector3 arm(0, 0, 0);
   if (has_point) arm = call.point("point", point) - body.getCenterOfMassPosition();
+  // A light body, a long arm or many pushes leave the range where one vector doesn't.
+  const bool moves = kind == Push::Force || kind == Push::Impulse;
+  const bool at_once = kind == Push::Impulse || kind == Push::AngularImpulse;
+  const btVector3 move = moves ? checked : btVector3(0, 0, 0);
+  const btVector3 turn = moves ? arm.cross(checked) : checked;
+  const bool stays_in_range =
+      at_once ? in_range(body.getLinearVelocity() + move * body.getInvMass()) &&
+                    in_range(body.getAngularVelocity() + body.getInvInertiaTensorWorld() * turn)
+              : in_range(body.getTotalForce() + move) && in_range(body.getTotalTorque() + turn);
+  if (!stays_in_range) {
+    call.refuse("vector",
+                at_once ? "small enough to keep the body's velocities within 1e18"
+                        : "small enough to keep the body's total force and torque within 1e18",
+                to_text(checked));
+  }
   switch (kind) {
     case Push::Force:
       body.applyForce(checked, arm);

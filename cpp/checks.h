@@ -9,6 +9,7 @@
 #include <cmath>
 #include <string>
 #include <string_view>
+#include <type_traits>
 
 #include "refusal.h"
 
@@ -17,15 +18,29 @@ namespace itarl {
 // Bullet takes a body whose bounding box is larger than this (1e12 m^2, squared) out of the
 // simulation without a word (btCollisionWorld::updateSingleAabb).
 inline constexpr double kLongestLength = 1e6;
+// Of the bounding box of a body that moves: leaves room below that for turning and moving.
+inline constexpr double kLargestMovingDiagonal = 4e5;
 // Below this, squared lengths and inertias leave the range of single precision.
 inline constexpr double kShortestLength = 1e-6;
 // Squares of these stay finite in single precision.
 inline constexpr double kLargestNumber = 1e18;
 
-inline std::string to_text(double value) {
+template <typename Float>
+std::string to_text(Float value) {
+  static_assert(std::is_floating_point_v<Float>);
   char text[32];
   const auto end = std::to_chars(text, text + sizeof text, value).ptr;  // shortest that round-trips
   return std::string(text, end);
+}
+
+inline std::string to_text(const btVector3& v) {
+  return "(" + to_text(v.x()) + ", " + to_text(v.y()) + ", " + to_text(v.z()) + ")";
+}
+
+// False for NaN.
+inline bool in_range(const btVector3& v) {
+  return btFabs(v.x()) <= btScalar(kLargestNumber) && btFabs(v.y()) <= btScalar(kLargestNumber) &&
+         btFabs(v.z()) <= btScalar(kLargestNumber);
 }
 
 // The checks of one call from Rust, which they name in what they refuse.

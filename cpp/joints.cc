@@ -44,7 +44,7 @@ std::optional<btScalar> check_maybe(const Call& call, const std::string& name, c
   return call.within(name, maybe.value, 0, high, "between 0 and " + to_text(high));
 }
 
-CheckedAxis check_axis(const Call& call, const AxisSpec& spec, int axis, bool springs_allowed) {
+CheckedAxis check_axis(const Call& call, const AxisSpec& spec, int axis, JointKind kind) {
   const std::string name = kAxisNames[axis];
   // Past half a turn an angle comes back from the other side; the middle one of three angles
   // only reaches a quarter.
@@ -53,19 +53,28 @@ CheckedAxis check_axis(const Call& call, const AxisSpec& spec, int axis, bool sp
                             : axis == 4 ? "within a quarter turn"
                                         : "within half a turn";
   CheckedAxis to{};
-  to.free = spec.lower > spec.upper;
+  to.free = spec.free;
   if (!to.free) {
     to.lower = call.within(name + " lower limit", spec.lower, -farthest, farthest, range);
     to.upper = call.within(name + " upper limit", spec.upper, -farthest, farthest, range);
+    // Reversed limits mean free to Bullet, too.
+    if (to.lower > to.upper) {
+      call.refuse(name + " lower limit", "at most the upper one, " + to_text(spec.upper),
+                  spec.lower);
+    }
   }
   to.erp = check_maybe(call, name + " stop erp", spec.stop_erp, 1);
   to.cfm = check_maybe(call, name + " stop cfm", spec.stop_cfm, kLargestNumber);
   to.bounce = check_maybe(call, name + " stop bounce", spec.stop_bounce, 1);
+  if (kind == JointKind::Slider && axis < 3 && to.bounce.value_or(0) > 0) {
+    call.refuse(name + " stop bounce", "0: Bullet's slider tests the wrong sign, and never bounces",
+                spec.stop_bounce.value);
+  }
   to.has_motor = spec.has_motor;
   to.motor_velocity = call.number(name + " motor target velocity", spec.motor_velocity);
   to.motor_force = call.non_negative(name + " motor max force", spec.motor_force);
   to.has_spring = spec.has_spring;
-  if (to.has_spring && !springs_allowed) {
+  if (to.has_spring && kind != JointKind::SixDofSpring) {
     call.refuse(name + " spring", "absent: only a 6-dof spring joint has springs", "one");
   }
   to.stiffness = call.non_negative(name + " spring stiffness", spec.spring_stiffness);
@@ -86,11 +95,12 @@ std::unique_ptr<btTypedConstraint> make_hinge(btRigidBody& parent, btRigidBody& 
   if (axis.free) {
     hinge->setLimit(1, -1);
   } else {
-    // Bullet multiplies a hinge's stop erp by a bias, .3f if not set (in double precision, too);
-    // an erp that was asked for must mean what it says.
+    // Bullet multiplies a hinge's stop erp, and its bounce, 1 if not set, by a bias, .3f if not set
+    // (in double precision, too); what was asked for must mean what it says.
     const btScalar softness = btScalar(.9f);
     const btScalar bias = axis.erp ? btScalar(1) : btScalar(.3f);
-    hinge->setLimit(axis.lower, axis.upper, softness, bias, axis.bounce.value_or(btScalar(1)));
+    const btScalar bounce = axis.bounce ? *axis.bounce / bias : btScalar(1);
+    hinge->setLimit(axis.lower, axis.upper, softness, bias, bounce);
   }
   if (axis.erp) hinge->setParam(BT_CONSTRAINT_STOP_ERP, *axis.erp, 5);
   if (axis.cfm) hinge->setParam(BT_CONSTRAINT_STOP_CFM, *axis.cfm, 5);
@@ -116,10 +126,13 @@ std::unique_ptr<btTypedConstraint> make_slider(btRigidBody& parent, btRigidBody&
   slider->setUpperAngLimit(angular.free ? btScalar(-1) : angular.upper);
   if (linear.erp) slider->setParam(BT_CONSTRAINT_STOP_ERP, slider_erp(*linear.erp), 0);
   if (linear.cfm) slider->setParam(BT_CONSTRAINT_STOP_CFM, *linear.cfm, 0);
-  if (linear.bounce) slider->setDampingLimLin(1 - *linear.bounce);
   if (angular.erp) slider->setParam(BT_CONSTRAINT_STOP_ERP, slider_erp(*angular.erp), kAngularX);
   if (angular.cfm) slider->setParam(BT_CONSTRAINT_STOP_CFM, *angular.cfm, kAngularX);
-  if (angular.bounce) slider->setDampingLimAng(1 - *angular.bounce);
+  if (angular.bounce) {
+    // What comes back, |1 - damping| of the speed, is multiplied by the softness as well.
+    const btScalar softness = angular.erp ? slider_erp(*angular.erp) : btScalar(1);
+    if (softness > 0) slider->setDampingLimAng(1 - *angular.bounce / softness);
+  }
   if (linear.has_motor) {
     slider->setPoweredLinMotor(true);
     slider->setTargetLinMotorVelocity(linear.motor_velocity);
@@ -285,14 +298,14 @@ JointId World::add_joint(const JointSpec& spec) {
     call.refuse("child", "another body than the parent", "body " + std::to_string(spec.child.slot));
   }
   if (parent.motion != Motion::Dynamic && child.motion != Motion::Dynamic) {
-    call.refuse("child", "dynamic, or its parent", "a joint between bodies that nothing moves");
+    call.refuse("child", "dynamic, unless its parent is", "two bodies that nothing moves");
   }
   const btTransform in_parent = to_transform(call, "frame_in_parent", spec.frame_in_parent);
   const btTransform in_child = to_transform(call, "frame_in_child", spec.frame_in_child);
   std::array<CheckedAxis, 6> axes{};
   for (int i = 0; i < 6; ++i) {
     if (!is_open(spec.kind, i)) continue;
-    axes[i] = check_axis(call, spec.axes[i], i, spec.kind == JointKind::SixDofSpring);
+    axes[i] = check_axis(call, spec.axes[i], i, spec.kind);
   }
 
   auto entry = std::make_unique<JointEntry>();

@@ -14,6 +14,21 @@ constexpr std::size_t kMostChildren = 256;
 // btOptimizedBvh keeps 21 bits for a triangle's index.
 constexpr std::size_t kMostTriangles = (1 << 21) - 1;
 
+// Bullet's hull reads the point before its first if none lies farther than -1e18 along a direction,
+// as along NaN: the normal of a mesh's triangle that rounds to a point or a line in the world. Here
+// it takes the first point then, as convexHullSupport in Bullet's btConvexShape.cpp does.
+class Hull final : public btConvexHullShape {
+ public:
+  btVector3 localGetSupportingVertexWithoutMargin(const btVector3& direction) const override {
+    // Times any point's 1e6 m this stays far above -1e18; false for NaN.
+    const btScalar farthest = btScalar(1e9);
+    const bool usable = btFabs(direction.x()) <= farthest && btFabs(direction.y()) <= farthest &&
+                        btFabs(direction.z()) <= farthest;
+    return usable ? btConvexHullShape::localGetSupportingVertexWithoutMargin(direction)
+                  : getScaledPoint(0);
+  }
+};
+
 ShapeId keep(State& state, ShapeEntry entry) {
   state.shapes.push_back(std::make_unique<ShapeEntry>(std::move(entry)));
   return ShapeId{static_cast<std::uint32_t>(state.shapes.size() - 1)};
@@ -23,7 +38,8 @@ std::unique_ptr<btCollisionShape> make_primitive(const Call& call, const Primiti
   const auto& size = spec.size;
   const auto round = [&](const char* kind) {
     const std::string name(kind);
-    return std::pair(call.size(name + ".radius", size[0]), call.size(name + ".length", size[1]));
+    const btScalar radius = call.size(name + ".radius", size[0]);
+    return std::pair(radius, call.size(name + ".length", size[1]));
   };
   switch (spec.kind) {
     case Primitive::Plane: {
@@ -114,7 +130,7 @@ ShapeId World::add_hull(rust::Slice<const double> points, double margin) {
     call.refuse("hull.points", "points that span a volume",
                 std::to_string(count) + " points in a plane");
   }
-  auto hull = std::make_unique<btConvexHullShape>();
+  auto hull = std::make_unique<Hull>();
   for (const btVector3& corner : corners) hull->addPoint(corner, false);
   hull->setMargin(checked_margin);
   hull->recalcLocalAabb();

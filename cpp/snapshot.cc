@@ -79,6 +79,16 @@ class Reader {
     btTransform t;
     for (int row = 0; row < 3; ++row) t.getBasis()[row] = get_vector();
     t.setOrigin(get_vector());
+    // Bullet makes its matrices from unit quaternions; with any other it finds contacts at NaN.
+    for (int i = 0; i < 3; ++i) {
+      for (int k = 0; k < 3; ++k) {
+        const btScalar product = t.getBasis()[i].dot(t.getBasis()[k]);
+        if (!(btFabs(product - btScalar(i == k)) < btScalar(1e-3))) {
+          refuse_snapshot("its state holds a rotation that is none");
+        }
+      }
+    }
+    if (!in_range(t.getOrigin())) refuse_snapshot("its state holds a position beyond 1e18");
     return t;
   }
   // A count or an index.
@@ -157,9 +167,11 @@ class AlgorithmReader {
     if (static_cast<std::size_t>(state_.dispatcher.getNumManifolds()) != order_.size()) {
       refuse_snapshot("its state has another number of manifolds");
     }
+    for (const btPersistentManifold* manifold : order_) {
+      if (!manifold) refuse_snapshot("its state leaves a manifold out");
+    }
     btPersistentManifold** manifolds = state_.dispatcher.getInternalManifoldPointer();
     for (std::size_t i = 0; i < order_.size(); ++i) {
-      if (!order_[i]) refuse_snapshot("its state leaves a manifold out");
       manifolds[i] = order_[i];
       manifolds[i]->m_index1a = static_cast<int>(i);
     }

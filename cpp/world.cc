@@ -18,29 +18,66 @@ Entry& find(const std::vector<std::unique_ptr<Entry>>& entries, const Call& call
   return *entries[id.slot];
 }
 
-// Throws, naming the first body whose state isn't finite. A sum is finite only if its terms are,
-// or if they nearly overflow, which is as good as infinite.
-void check_finite(const State& state) {
+// Throws, naming the first body whose state left the range in which all that is computed from it
+// is finite, or which Bullet gave up on: where bodies may sleep, one that crosses 1e6 m in a step
+// does so for good, without a word (btCollisionWorld::updateSingleAabb).
+void check_state(const State& state) {
+  const auto blew_up = [&](const btCollisionObject& body, const char* quantity,
+                           const btVector3& v) {
+    refuse_state(std::to_string(slot_of(body)), std::to_string(state.steps), quantity, to_text(v));
+  };
   for (const auto& entry : state.bodies) {
     if (!entry || entry->motion == Motion::Static) continue;
     const btRigidBody& body = *entry->body;
     const auto check = [&](const char* quantity, const btVector3& v) {
-      const btScalar sum = v.x() + v.y() + v.z();
-      if (std::isfinite(sum)) return;
-      refuse_state(std::to_string(slot_of(body)), std::to_string(state.steps), quantity,
-                   "(" + to_text(v.x()) + ", " + to_text(v.y()) + ", " + to_text(v.z()) + ")");
+      if (!in_range(v)) blew_up(body, quantity, v);
     };
     check("linear velocity", body.getLinearVelocity());
     check("angular velocity", body.getAngularVelocity());
     check("position", body.getWorldTransform().getOrigin());
     for (int row = 0; row < 3; ++row) check("rotation", body.getWorldTransform().getBasis()[row]);
+    if (entry->motion == Motion::Dynamic && body.getActivationState() == DISABLE_SIMULATION) {
+      blew_up(body, "linear velocity", body.getLinearVelocity());
+    }
   }
+  // What the solver found may overflow where the velocities don't. A sum is finite only if its
+  // terms are, or if they nearly overflow, which is as good as infinite.
+  for (const auto& entry : state.joints) {
+    if (!entry) continue;
+    const auto check = [&](const char* quantity, const btVector3& v) {
+      if (!std::isfinite(v.x() + v.y() + v.z())) blew_up(*entry->child->body, quantity, v);
+    };
+    check("joint force", entry->feedback.m_appliedForceBodyB);
+    check("joint torque", entry->feedback.m_appliedTorqueBodyB);
+  }
+  for (int i = 0; i < state.dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold& manifold = *state.dispatcher.getManifoldByIndexInternal(i);
+    for (int k = 0; k < manifold.getNumContacts(); ++k) {
+      const btManifoldPoint& point = manifold.getContactPoint(k);
+      const btVector3 impulse(point.m_appliedImpulse, point.m_appliedImpulseLateral1,
+                              point.m_appliedImpulseLateral2);
+      if (!std::isfinite(impulse.x() + btFabs(impulse.y()) + btFabs(impulse.z()))) {
+        const bool first = !manifold.getBody0()->isStaticOrKinematicObject();
+        blew_up(first ? *manifold.getBody0() : *manifold.getBody1(), "contact impulse", impulse);
+      }
+    }
+  }
+}
+
+// Bullet sets aside 4096 contact manifolds and as many algorithms for each world, about 6 MB that it
+// writes through. These suffice for a robot; when they're used up Bullet takes more from the heap.
+btDefaultCollisionConstructionInfo modest_pools() {
+  btDefaultCollisionConstructionInfo info;
+  info.m_defaultMaxPersistentManifoldPoolSize = 128;
+  info.m_defaultMaxCollisionAlgorithmPoolSize = 128;
+  return info;
 }
 
 }  // namespace
 
 State::State(const WorldSpec& spec)
-    : dispatcher(&configuration),
+    : configuration(modest_pools()),
+      dispatcher(&configuration),
       broadphase(kMostBodies),
       world(&dispatcher, &broadphase, &solver, &configuration) {
   const Call call{"World::new"};
@@ -93,7 +130,7 @@ void World::step() {
   state.world.stepSimulation(state.time_step, 0);
   ++state.steps;
   try {
-    check_finite(state);
+    check_state(state);
   } catch (const Refusal& refusal) {
     state.broken = refusal;
     throw;

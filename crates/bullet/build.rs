@@ -10,7 +10,11 @@ const HEADERS: [&str; 4] = ["world.h", "state.h", "checks.h", "refusal.h"];
 const BULLET_VERSION: &str = "3.24";
 
 fn main() {
-    if let Err(error) = build() {
+    // bindgen panics where it finds no libclang.
+    let outcome = std::panic::catch_unwind(build).unwrap_or_else(|_| {
+        Err("libclang-dev is needed (Debian: apt-get install libclang-dev).".into())
+    });
+    if let Err(error) = outcome {
         // Cargo shows a build script's standard error only if it fails, as it does here.
         eprintln!("\nerror: {error}\n");
         std::process::exit(1);

@@ -36,12 +36,16 @@ pub struct Body {
     pub inertia: Option<Vector3<f64>>,
     /// Coulomb's coefficient; a contact has the product of its two bodies' coefficients.
     pub friction: f64,
-    /// Torque against rolling, as a lever arm in m.
+    /// Torque against rolling, as a lever arm in m; a contact has the sum of each body's arm times
+    /// the other's `friction`.
     pub rolling_friction: f64,
-    /// Torque against spinning on the contact normal, as a lever arm in m.
+    /// Torque against spinning on the contact normal, as a lever arm in m; combined like
+    /// `rolling_friction`, and only where that isn't 0.
     pub spinning_friction: f64,
     /// Share of the approaching speed that is left after a collision, 0 to 1; a contact has the
-    /// product of its two bodies'. Below 0.2 m/s Bullet takes 0.
+    /// product of its two bodies'. Below 0.2 m/s Bullet takes 0. It is exact for bodies that touch
+    /// as the step begins: those still up to 0.02 m apart are slowed first, those that overlap are
+    /// pushed apart as well, by `contact_erp`.
     pub restitution: f64,
     /// Share of the linear velocity lost within 1 s, 0 to 1.
     pub linear_damping: f64,

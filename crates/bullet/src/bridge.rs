@@ -236,7 +236,8 @@ pub mod ffi {
 
     #[derive(Clone, Copy, Debug, Serialize)]
     struct AxisSpec {
-        /// lower > upper: free
+        /// Anywhere, whatever the limits.
+        free: bool,
         lower: f64,
         upper: f64,
         stop_erp: Maybe,
@@ -318,10 +319,10 @@ pub mod ffi {
 
 // SAFETY: a `World` owns everything it points to (`cpp/state.h`), and Bullet built without
 // BT_THREADSAFE, as Debian's is, ties nothing to a thread: no thread-local storage, no locks. What
-// its libraries share between worlds is constant after loading, but for three counters that it
-// only ever increments and never reads (body debug ids, CCD clamps, split-impulse recoveries);
-// lost increments can't reach a result. The shim never uses what would be shared: the static
-// fixed body of single-body joints, and the global callbacks. tests/determinism.rs steps worlds
-// in many threads, moved between them. Not `Sync`: Bullet's const methods aren't promised to be
+// its libraries share between worlds is constant after loading, but for counters of debug ids and
+// of split-impulse recoveries, which are incremented and never read for a result: what's lost when
+// two threads do so at once is a count. The shim never uses what would really be shared, the
+// static fixed body of single-body joints and the global callbacks. tests/determinism.rs steps
+// worlds in many threads and moves them. Not `Sync`: Bullet's const methods aren't promised to be
 // free of caches.
 unsafe impl Send for ffi::World {}

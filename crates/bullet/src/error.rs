@@ -30,14 +30,16 @@ pub enum Error {
         /// Why there is nothing in it.
         reason: String,
     },
-    /// The simulation blew up. The world refuses to go on, until a snapshot is restored.
-    #[error("step {step}: the {quantity} of body {} is no longer finite: {value}", body.slot)]
+    /// The simulation blew up: a number isn't finite, or beyond 1e18, or a body that may sleep
+    /// crosses 1e6 m in a step, at which Bullet gives up on it. The world refuses to go on, until a
+    /// snapshot is restored.
+    #[error("step {step}: the {quantity} of body {} blew up: {value}", body.slot)]
     NonFinite {
         /// The first body that is affected.
         body: BodyId,
         /// Steps made, with the one that blew up.
         step: u64,
-        /// Position, rotation or a velocity.
+        /// Position, rotation, a velocity, a joint's force or torque, or a contact's impulse.
         quantity: String,
         /// Its three components.
         value: String,

@@ -112,9 +112,10 @@ pub enum JointKind {
     /// Translation along the frame's x axis and rotation about it (`btSliderConstraint`): a
     /// slider with the rotation locked, a hinge with the translation locked. No springs.
     ///
-    /// Bullet's slider slows its motor near the stop that it leaves and not near the one it
-    /// approaches: within one step's travel of a stop, a motor that turns away from it starts
-    /// slowly.
+    /// Bullet's slider takes the wrong end for the one that its rotation's motor approaches. A
+    /// motor that turns away from a stop starts slowly within one step's travel of it; one that
+    /// pushes against a stop gets beyond it, by one step's travel over the stop's erp. And its
+    /// stops along x can't bounce: Bullet tests the wrong sign.
     Slider {
         /// Along x.
         linear: AxisSettings,
@@ -157,10 +158,7 @@ impl AxisSettings {
 
     fn to_spec(self) -> ffi::AxisSpec {
         let (lower, upper) = match self.range {
-            Range::Locked => (0.0, 0.0),
-            Range::Free => (1.0, -1.0),
-            // Reversed ends must not come out as free.
-            Range::Limited { lower, upper } if lower > upper => (f64::NAN, f64::NAN),
+            Range::Locked | Range::Free => (0.0, 0.0),
             Range::Limited { lower, upper } => (lower, upper),
         };
         let maybe = |value: Option<f64>| {
@@ -170,6 +168,7 @@ impl AxisSettings {
         let spring =
             self.spring.unwrap_or(Spring { stiffness: 0.0, damping: 0.0, equilibrium: 0.0 });
         ffi::AxisSpec {
+            free: self.range == Range::Free,
             lower,
             upper,
             stop_erp: maybe(self.stop.erp),
@@ -206,11 +205,15 @@ pub enum Range {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
     /// Share of the overshoot that a step takes back, 0 to 1. By itself: the world's `joint_erp`,
-    /// and 0.3 times that for a hinge.
+    /// and 0.3 times that for a hinge. A 6-dof joint with a range stops ahead of its ends: it lets
+    /// a step take no more than this share of the way that is left.
     pub erp: Option<f64>,
     /// Softness; 0 is rigid. By itself: the world's `cfm`.
     pub cfm: Option<f64>,
-    /// Share of the speed that comes back, 0 to 1. By itself: 0, and 1 for a hinge.
+    /// Share of the speed that comes back, 0 to 1. By itself: 0, and for a hinge 0.3, or 1 if its
+    /// erp is set. It's never less than what erp makes: a step takes the overshoot back by a
+    /// velocity, which stays. A 6-dof joint surely bounces only with an erp of 1; else it is
+    /// slowed first.
     pub bounce: Option<f64>,
 }
 
@@ -231,7 +234,9 @@ pub struct Motor {
 /// A damped spring: force = -stiffness (position - equilibrium) - damping velocity.
 ///
 /// Bullet integrates it explicitly and, where that would be unstable, limits stiffness and
-/// damping to what the time step allows.
+/// damping to what the time step allows. It also lets the spring bring the axis no further than to
+/// the velocity that the spring alone would give it: where gravity or a motor pulls the same way,
+/// the two don't add up, and the stronger one counts. Against a load an undamped spring is exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spring {
     /// In N/m or N m/rad, at least 0.

@@ -2,8 +2,9 @@
 //! between 1e-6 and 1e6.
 
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
+use serde::Serialize;
 
-use crate::{bridge::ffi, ffi::ShapeId};
+use crate::{body::to_pose, bridge::ffi, ffi::ShapeId};
 
 /// Which way a capsule or a cylinder lies in its own frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -20,7 +21,9 @@ pub enum Lengthwise {
 /// A shape to be added with [`World::add_shape`](crate::World::add_shape).
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
-    /// All points p with `normal . p <= offset`. For bodies that aren't dynamic.
+    /// All points p with `normal . p <= offset`. For bodies that aren't dynamic. Bullet finds one
+    /// contact point with it a step, so what lands flat tips and sinks in first; a large box finds
+    /// all corners at once.
     Plane {
         /// Points out of the ground.
         normal: Unit<Vector3<f64>>,
@@ -55,7 +58,8 @@ pub enum Shape {
         /// Which way it lies.
         along: Lengthwise,
     },
-    /// The convex hull of 4 to 1024 points that span a volume.
+    /// The convex hull of 4 to 1024 points that span a volume. Its inertia, if not given, is that
+    /// of its bounding box, to which Bullet adds three margins on every side.
     Hull {
         /// Points inside are allowed and cost time.
         points: Vec<Point3<f64>>,
@@ -83,23 +87,56 @@ impl Shape {
         Self::Plane { normal: Vector3::z_axis(), offset: 0.0 }
     }
 
-    /// The primitive shapes as the shim wants them; None for those made of several parts.
-    pub(crate) fn to_primitive(&self) -> Option<ffi::PrimitiveSpec> {
+    pub(crate) fn to_spec(&self) -> ShapeSpec {
         use ffi::Primitive;
-        let spec = |kind, size, axis| Some(ffi::PrimitiveSpec { kind, size, axis });
-        match *self {
+        let primitive =
+            |kind, size, axis| ShapeSpec::Primitive(ffi::PrimitiveSpec { kind, size, axis });
+        match self {
             Self::Plane { normal, offset } => {
-                spec(Primitive::Plane, [normal.x, normal.y, normal.z, offset], 0)
+                primitive(Primitive::Plane, [normal.x, normal.y, normal.z, *offset], 0)
             }
-            Self::Box { half_extents: h } => spec(Primitive::Box, [h.x, h.y, h.z, 0.0], 0),
-            Self::Sphere { radius } => spec(Primitive::Sphere, [radius, 0.0, 0.0, 0.0], 0),
+            Self::Box { half_extents: h } => primitive(Primitive::Box, [h.x, h.y, h.z, 0.0], 0),
+            Self::Sphere { radius } => primitive(Primitive::Sphere, [*radius, 0.0, 0.0, 0.0], 0),
             Self::Capsule { radius, length, along } => {
-                spec(Primitive::Capsule, [radius, length, 0.0, 0.0], along as u8)
+                primitive(Primitive::Capsule, [*radius, *length, 0.0, 0.0], *along as u8)
             }
             Self::Cylinder { radius, length, along } => {
-                spec(Primitive::Cylinder, [radius, length, 0.0, 0.0], along as u8)
+                primitive(Primitive::Cylinder, [*radius, *length, 0.0, 0.0], *along as u8)
             }
-            Self::Hull { .. } | Self::Compound { .. } | Self::Mesh { .. } => None,
+            Self::Hull { points, margin } => {
+                ShapeSpec::Hull { points: flatten(points), margin: *margin }
+            }
+            Self::Compound { children } => ShapeSpec::Compound(
+                children
+                    .iter()
+                    .map(|(shape, pose)| ffi::CompoundChild { shape: *shape, pose: to_pose(pose) })
+                    .collect(),
+            ),
+            Self::Mesh { vertices, triangles } => ShapeSpec::Mesh {
+                vertices: flatten(vertices),
+                triangles: triangles.as_flattened().to_vec(),
+            },
         }
     }
+}
+
+/// A shape as the shim wants it.
+#[derive(Serialize)]
+pub(crate) enum ShapeSpec {
+    Primitive(ffi::PrimitiveSpec),
+    /// x, y, z of each point
+    Hull {
+        points: Vec<f64>,
+        margin: f64,
+    },
+    Compound(Vec<ffi::CompoundChild>),
+    /// x, y, z of each vertex; three indices of each triangle
+    Mesh {
+        vertices: Vec<f64>,
+        triangles: Vec<u32>,
+    },
+}
+
+fn flatten(points: &[Point3<f64>]) -> Vec<f64> {
+    points.iter().flat_map(|point| point.coords.iter().copied()).collect()
 }

@@ -103,3 +103,40 @@ pub(crate) fn open(build: u64, bytes: &[u8]) -> Result<&[u8], SnapshotError> {
 fn read_u64(bytes: &[u8]) -> u64 {
     bytes.iter().rev().fold(0, |value, &byte| value << 8 | u64::from(byte))
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn sealed(build: u64, state: &[u8]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        seal(build, state, &mut bytes);
+        bytes
+    }
+
+    proptest! {
+        #[test]
+        fn what_was_sealed_can_be_opened(build: u64, state: Vec<u8>) {
+            let bytes = sealed(build, &state);
+            prop_assert_eq!(open(build, &bytes), Ok(&state[..]));
+            prop_assert_eq!(open(build ^ 1, &bytes), Err(SnapshotError::OtherWorld));
+        }
+
+        #[test]
+        fn damage_is_an_error(state: Vec<u8>, place: prop::sample::Index, bit in 0_u8..8) {
+            let mut bytes = sealed(7, &state);
+            let place = place.index(bytes.len());
+            prop_assert!(open(7, &bytes[..place]).is_err());
+            bytes[place] ^= 1 << bit;
+            prop_assert!(open(7, &bytes).is_err());
+        }
+
+        #[test]
+        fn random_bytes_are_an_error(bytes: Vec<u8>) {
+            prop_assert!(open(7, &bytes).is_err());
+            prop_assert!(open(7, &[&MAGIC[..], &bytes].concat()).is_err());
+        }
+    }
+}

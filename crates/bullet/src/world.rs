@@ -7,7 +7,7 @@ use xxhash_rust::xxh3::Xxh3;
 
 use crate::{
     Body, BodyId, BodyState, Contact, Error, Joint, JointId, JointState, MotorCommand, Push, Shape,
-    ShapeId, WorldSettings, body::to_pose, bridge::ffi, snapshot,
+    ShapeId, WorldSettings, body::to_pose, bridge::ffi, shape::ShapeSpec, snapshot,
 };
 
 /// A simulated world: shapes, bodies, joints, and what they do.
@@ -34,40 +34,16 @@ impl World {
 
     /// Adds a shape for bodies and compounds to use.
     pub fn add_shape(&mut self, shape: &Shape) -> Result<ShapeId, Error> {
-        let flat = |points: &[Point3<f64>]| -> Vec<f64> {
-            points.iter().flat_map(|point| point.coords.iter().copied()).collect()
+        let spec = shape.to_spec();
+        let inner = self.inner.pin_mut();
+        let id = match &spec {
+            ShapeSpec::Primitive(primitive) => inner.add_primitive(primitive)?,
+            ShapeSpec::Hull { points, margin } => inner.add_hull(points, *margin)?,
+            ShapeSpec::Compound(children) => inner.add_compound(children)?,
+            ShapeSpec::Mesh { vertices, triangles } => inner.add_mesh(vertices, triangles)?,
         };
-        match shape {
-            Shape::Hull { points, margin } => {
-                let points = flat(points);
-                let id = self.inner.pin_mut().add_hull(&points, *margin)?;
-                self.record("hull", &(points, margin));
-                Ok(id)
-            }
-            Shape::Compound { children } => {
-                let children: Vec<_> = children
-                    .iter()
-                    .map(|(shape, pose)| ffi::CompoundChild { shape: *shape, pose: to_pose(pose) })
-                    .collect();
-                let id = self.inner.pin_mut().add_compound(&children)?;
-                self.record("compound", &children);
-                Ok(id)
-            }
-            Shape::Mesh { vertices, triangles } => {
-                let (vertices, triangles) = (flat(vertices), triangles.as_flattened());
-                let id = self.inner.pin_mut().add_mesh(&vertices, triangles)?;
-                self.record("mesh", &(vertices, triangles));
-                Ok(id)
-            }
-            primitive => {
-                let Some(spec) = primitive.to_primitive() else {
-                    unreachable!("shapes of several parts have their arms above");
-                };
-                let id = self.inner.pin_mut().add_primitive(&spec)?;
-                self.record("primitive", &spec);
-                Ok(id)
-            }
-        }
+        self.record("shape", &spec);
+        Ok(id)
     }
 
     /// Removes a shape that no body and no compound uses.

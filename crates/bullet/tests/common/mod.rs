@@ -32,20 +32,19 @@ impl Playground {
         Self { world, heap, paddle, motors }
     }
 
+    /// Square waves for all motors.
+    pub fn motor_commands(&self) -> Vec<MotorCommand> {
+        let forward = (self.world.steps() / 25).is_multiple_of(2);
+        let target_velocity = if forward { 2.0 } else { -2.0 };
+        let command =
+            |&(joint, axis)| MotorCommand { joint, axis, target_velocity, max_force: 20.0 };
+        self.motors.iter().map(command).collect()
+    }
+
     /// One step, with the commands that belong to its number.
     pub fn step(&mut self) {
         let n = self.world.steps();
-        let sign = if n / 25 % 2 == 0 { 1.0 } else { -1.0 };
-        let commands: Vec<_> = self
-            .motors
-            .iter()
-            .map(|&(joint, axis)| MotorCommand {
-                joint,
-                axis,
-                target_velocity: 2.0 * sign,
-                max_force: 20.0,
-            })
-            .collect();
+        let commands = self.motor_commands();
         self.world.set_motors(&commands).unwrap();
         self.world.set_pose(self.paddle, &paddle_pose(n)).unwrap();
         if n % 40 == 20 {
@@ -205,10 +204,14 @@ pub struct Readings {
 impl Readings {
     pub fn of(world: &World) -> Self {
         let mut readings = Self::default();
-        world.read_bodies(&mut readings.bodies).unwrap();
-        world.read_joints(&mut readings.joints).unwrap();
-        world.read_contacts(&mut readings.contacts).unwrap();
+        readings.read(world);
         readings
+    }
+
+    pub fn read(&mut self, world: &World) {
+        world.read_bodies(&mut self.bodies).unwrap();
+        world.read_joints(&mut self.joints).unwrap();
+        world.read_contacts(&mut self.contacts).unwrap();
     }
 
     /// Every number's bits, so that NaN and the sign of zero count.

@@ -1,0 +1,47 @@
+# Each target does its own set-up on a bare Debian machine with Rust, then runs.
+
+PACKAGES := g++ pkg-config libbullet-dev libclang-dev
+
+.PHONY: help demo test lint bench asan valgrind setup
+
+help:
+	@echo "make demo      what the physics can do, in the terminal"
+	@echo "make test      all tests, with Bullet in single and double precision"
+	@echo "make lint      formatting and clippy, as strict as CI"
+	@echo "make bench     what the crate costs beside a plain C++ loop"
+	@echo "make asan      fuzzing with the C++ shim under AddressSanitizer"
+	@echo "make valgrind  the bullet crate's tests under valgrind"
+
+demo: setup
+	cargo run --release -p bullet --example falling_box
+	cargo run --release -p bullet --example pendulum
+
+test: setup
+	cargo test --workspace
+	cargo test -p bullet --features float64
+
+lint: setup
+	cargo fmt --all --check
+	cargo clippy --workspace --all-targets -- -D warnings
+	cargo clippy -p bullet --all-targets --features float64 -- -D warnings
+
+bench: setup
+	cargo bench -p bullet
+
+# Installs what is missing, and asks for no password if nothing is.
+setup:
+	@missing=""; \
+	for package in $(PACKAGES); do \
+	  dpkg-query -W -f='$${Status}' $$package 2>/dev/null | grep -q "ok installed" \
+	    || missing="$$missing $$package"; \
+	done; \
+	if [ -z "$$missing" ]; then exit 0; fi; \
+	if ! command -v apt-get >/dev/null; then \
+	  echo "itarl needs$$missing (names of Debian's packages)"; exit 1; \
+	fi; \
+	if [ "$$(id -u)" = 0 ]; then sudo=""; \
+	elif command -v sudo >/dev/null; then sudo="sudo"; \
+	else echo "itarl needs: apt-get install$$missing (as root)"; exit 1; fi; \
+	echo "installing$$missing"; \
+	$$sudo apt-get update -q && $$sudo env DEBIAN_FRONTEND=noninteractive \
+	  apt-get install -q -y --no-install-recommends $$missing

@@ -1,0 +1,89 @@
+//! ARCHITECTURE.md and docs/ say what is true.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+use std::{
+    collections::BTreeSet,
+    fs,
+    io::Write,
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap()
+}
+
+fn read(file: &str) -> String {
+    fs::read_to_string(root().join(file)).unwrap()
+}
+
+/// The text between ```` ```kind ```` and the next fence.
+fn fenced(text: &str, kind: &str) -> String {
+    let start = text.find(&format!("```{kind}\n")).unwrap() + kind.len() + 4;
+    let end = text[start..].find("```").unwrap();
+    text[start..start + end].into()
+}
+
+/// "from -> to" for every dependency of one of our crates on another, and our crates' names.
+fn arrows_in_the_workspace() -> (BTreeSet<String>, BTreeSet<String>) {
+    let metadata = cargo_metadata::MetadataCommand::new()
+        .manifest_path(root().join("Cargo.toml"))
+        .no_deps()
+        .exec()
+        .unwrap();
+    let names: BTreeSet<String> = metadata.packages.iter().map(|p| p.name.to_string()).collect();
+    let arrows = metadata
+        .packages
+        .iter()
+        .flat_map(|package| {
+            package.dependencies.iter().map(move |to| format!("{} -> {}", package.name, to.name))
+        })
+        .filter(|arrow| names.contains(arrow.split(" -> ").nth(1).unwrap()))
+        .collect();
+    (arrows, names)
+}
+
+#[test]
+fn crates_depend_on_each_other_as_the_architecture_says() {
+    let allowed: BTreeSet<String> =
+        fenced(&read("ARCHITECTURE.md"), "arrows").lines().map(str::to_owned).collect();
+    let (arrows, _) = arrows_in_the_workspace();
+    let others: Vec<_> = arrows.difference(&allowed).collect();
+    assert!(others.is_empty(), "not among the arrows of ARCHITECTURE.md: {others:?}");
+}
+
+#[test]
+fn every_crate_has_its_row_in_the_architecture() {
+    let page = read("ARCHITECTURE.md");
+    let (_, names) = arrows_in_the_workspace();
+    for name in names {
+        let row = page.lines().find(|line| line.starts_with(&format!("| `crates/{name}/`")));
+        assert!(row.is_some_and(|row| row.ends_with("| here |")), "{name}: {row:?}");
+    }
+}
+
+#[test]
+fn files_named_in_documents_exist() {
+    for document in ["README.md", "ARCHITECTURE.md", "docs/bindings.md"] {
+        let text = read(document);
+        let folder = root().join(document).parent().unwrap().to_owned();
+        let links = text.split("](").skip(1).map(|rest| rest.split(')').next().unwrap());
+        for link in links.filter(|link| !link.starts_with("http")) {
+            assert!(folder.join(link).exists(), "{document} links to {link}");
+        }
+    }
+}
+
+/// The page binds a class that isn't bound, as a diff: it must still fit the code.
+#[test]
+fn the_example_of_a_new_binding_applies() {
+    let diff = fenced(&read("docs/bindings.md"), "diff");
+    let mut patch = Command::new("git")
+        .args(["apply", "--check", "-"])
+        .current_dir(root())
+        .stdin(Stdio::piped())
+        .spawn()
+        .unwrap();
+    patch.stdin.take().unwrap().write_all(diff.as_bytes()).unwrap();
+    assert!(patch.wait().unwrap().success(), "the diff in docs/bindings.md no longer applies");
+}
