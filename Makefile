@@ -2,6 +2,9 @@
 
 PACKAGES := g++ pkg-config libbullet-dev libclang-dev
 
+# Sequences of random calls for the sanitizer and for valgrind.
+PROPTEST_CASES ?= 5000
+
 .PHONY: help demo test lint bench asan valgrind setup
 
 help:
@@ -27,6 +30,27 @@ lint: setup
 
 bench: setup
 	cargo bench -p bullet
+
+# --target keeps the flags away from build scripts; the library must be the first one loaded.
+SANITIZED = CARGO_TARGET_DIR=target/asan UBSAN_OPTIONS=print_stacktrace=1 \
+	PROPTEST_CASES=$(PROPTEST_CASES) \
+	CXXFLAGS="-fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer" \
+	RUSTFLAGS="-Clink-arg=-Wl,--no-as-needed -Clink-arg=-lasan -Clink-arg=-lubsan" \
+	cargo test -p bullet --test fuzz --test refusals \
+	  --target $$(rustc -vV | sed -n 's/^host: //p') \
+	  --config "target.'cfg(all())'.runner=['env', 'LD_PRELOAD=$$(g++ -print-file-name=libasan.so)']"
+
+asan: setup
+	$(SANITIZED)
+	$(SANITIZED) --features float64
+
+VALGRIND = cargo test -p bullet --tests --config \
+	"target.'cfg(all())'.runner=['valgrind', '-q', '--error-exitcode=9', '--leak-check=full', '--errors-for-leak-kinds=definite']"
+
+valgrind: PACKAGES += valgrind
+valgrind: setup
+	PROPTEST_CASES=1500 $(VALGRIND)
+	PROPTEST_CASES=1500 $(VALGRIND) --features float64
 
 # Installs what is missing, and asks for no password if nothing is.
 setup:

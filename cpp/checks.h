@@ -15,8 +15,8 @@
 
 namespace itarl {
 
-// Bullet takes a body whose bounding box is larger than this (1e12 m^2, squared) out of the
-// simulation without a word (btCollisionWorld::updateSingleAabb).
+// Where a bounding box is larger than this from corner to corner, Bullet leaves it where it was and,
+// if bodies may sleep, puts the body to sleep for good (btCollisionWorld::updateSingleAabb).
 inline constexpr double kLongestLength = 1e6;
 // Of the bounding box of a body that moves: leaves room below that for turning and moving.
 inline constexpr double kLargestMovingDiagonal = 4e5;
