@@ -45,7 +45,7 @@ asan: setup
 	$(SANITIZED) --features float64
 
 VALGRIND = cargo test -p bullet --tests --config \
-	"target.'cfg(all())'.runner=['valgrind', '-q', '--error-exitcode=9', '--leak-check=full', '--errors-for-leak-kinds=definite']"
+	"target.'cfg(all())'.runner=['valgrind', '-q', '--error-exitcode=9', '--leak-check=full', '--show-leak-kinds=definite', '--errors-for-leak-kinds=definite']"
 
 valgrind: PACKAGES += valgrind
 valgrind: setup

@@ -212,10 +212,10 @@ fn any_damage_is_noticed_and_changes_nothing() {
     for length in 0..bytes.len() {
         assert!(world.world.restore(&bytes[..length]).is_err(), "cut to {length} bytes");
     }
-    // Every bit of the first and last bytes, and one of each in between.
+    // Every bit of the first and last bytes, and some of those in between.
     let ends = (0..64).chain(bytes.len() - 16..bytes.len());
     let bits = ends.flat_map(|byte| (0..8).map(move |bit| (byte, bit)));
-    for (byte, bit) in bits.chain((64..bytes.len()).map(|byte| (byte, byte % 8))) {
+    for (byte, bit) in bits.chain((64..bytes.len()).step_by(23).map(|byte| (byte, byte % 8))) {
         let mut damaged = bytes.clone();
         damaged[byte] ^= 1 << bit;
         assert!(world.world.restore(&damaged).is_err(), "bit {bit} of byte {byte}");
