@@ -1,6 +1,4 @@
 // Rigid bodies: adding, moving, pushing, reading.
-#include <algorithm>
-
 #include "state.h"
 #include "world.h"
 
@@ -26,8 +24,14 @@ btVector3 inertia_of(const Call& call, const BodySpec& spec, const ShapeEntry& s
   return inertia;
 }
 
-// A command from outside must not fall on a sleeping body.
-void wake(btRigidBody& body) { body.activate(); }
+// What slept on a body must notice when it goes away.
+void wake_neighbours(State& state, const btRigidBody& body) {
+  for (int i = 0; i < state.dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold& manifold = *state.dispatcher.getManifoldByIndexInternal(i);
+    if (manifold.getBody0() == &body) manifold.getBody1()->activate();
+    if (manifold.getBody1() == &body) manifold.getBody0()->activate();
+  }
+}
 
 }  // namespace
 
@@ -100,12 +104,7 @@ void World::remove_body(BodyId id) {
     call.refuse("id", "a body without joints",
                 "body " + std::to_string(id.slot) + ", which has " + std::to_string(entry.joints));
   }
-  // What slept on it must notice.
-  for (int i = 0; i < state.dispatcher.getNumManifolds(); ++i) {
-    const btPersistentManifold& manifold = *state.dispatcher.getManifoldByIndexInternal(i);
-    if (manifold.getBody0() == entry.body.get()) manifold.getBody1()->activate();
-    if (manifold.getBody1() == entry.body.get()) manifold.getBody0()->activate();
-  }
+  wake_neighbours(state, *entry.body);
   state.world.removeRigidBody(entry.body.get());
   --state.shapes[entry.shape]->users;
   --state.live_bodies;
@@ -125,10 +124,10 @@ void World::set_pose(BodyId id, const Pose& pose) {
     // Bullet takes the velocity from the difference to its interpolation transform.
     body.setWorldTransform(checked);
   } else {
+    wake_neighbours(*state_, body);
     body.setCenterOfMassTransform(checked);
-    body.setInterpolationWorldTransform(checked);
   }
-  wake(body);
+  body.activate();
 }
 
 void World::set_velocity(BodyId id, std::array<double, 3> linear, std::array<double, 3> angular) {
@@ -140,9 +139,12 @@ void World::set_velocity(BodyId id, std::array<double, 3> linear, std::array<dou
     call.refuse("id", "a dynamic body",
                 "body " + std::to_string(id.slot) + ", which is static or kinematic");
   }
+  if (!within(checked_linear, state_->fastest())) {
+    call.refuse("linear", "at most 5e5 m in a step", to_text(checked_linear) + " m/s");
+  }
   entry.body->setLinearVelocity(checked_linear);
   entry.body->setAngularVelocity(checked_angular);
-  wake(*entry.body);
+  entry.body->activate();
 }
 
 void World::push(BodyId id, Push kind, std::array<double, 3> vector, bool has_point,
@@ -155,20 +157,21 @@ void World::push(BodyId id, Push kind, std::array<double, 3> vector, bool has_po
                 "body " + std::to_string(id.slot) + ", which is static or kinematic");
   }
   btRigidBody& body = *entry.body;
+  const bool moves = kind == Push::Force || kind == Push::Impulse;
+  if (has_point && !moves) call.refuse("point", "absent for a torque or an angular impulse", "one");
   btVector3 arm(0, 0, 0);
   if (has_point) arm = call.point("point", point) - body.getCenterOfMassPosition();
   // A light body, a long arm or many pushes leave the range where one vector doesn't.
-  const bool moves = kind == Push::Force || kind == Push::Impulse;
   const bool at_once = kind == Push::Impulse || kind == Push::AngularImpulse;
   const btVector3 move = moves ? checked : btVector3(0, 0, 0);
   const btVector3 turn = moves ? arm.cross(checked) : checked;
   const bool stays_in_range =
-      at_once ? in_range(body.getLinearVelocity() + move * body.getInvMass()) &&
+      at_once ? within(body.getLinearVelocity() + move * body.getInvMass(), state_->fastest()) &&
                     in_range(body.getAngularVelocity() + body.getInvInertiaTensorWorld() * turn)
               : in_range(body.getTotalForce() + move) && in_range(body.getTotalTorque() + turn);
   if (!stays_in_range) {
     call.refuse("vector",
-                at_once ? "small enough to keep the body's velocities within 1e18"
+                at_once ? "small enough to keep the body below 5e5 m in a step and 1e18 rad/s"
                         : "small enough to keep the body's total force and torque within 1e18",
                 to_text(checked));
   }
@@ -188,7 +191,7 @@ void World::push(BodyId id, Push kind, std::array<double, 3> vector, bool has_po
     default:
       call.refuse("kind", "a kind of push", std::to_string(int(kind)));
   }
-  wake(body);
+  body.activate();
 }
 
 std::size_t World::body_slots() const noexcept { return state_->bodies.size(); }
@@ -219,7 +222,7 @@ void World::read_bodies(rust::Slice<BodyState> out) const {
   }
 }
 
-std::array<double, 4> World::body_mass(BodyId id) const {
+std::array<double, 4> World::mass_properties(BodyId id) const {
   const BodyEntry& entry = state_->body(Call{"mass_properties"}, "id", id);
   const btVector3 inertia = entry.body->getLocalInertia();
   return {entry.body->getMass(), inertia.x(), inertia.y(), inertia.z()};

@@ -22,6 +22,10 @@ inline constexpr double kLongestLength = 1e6;
 inline constexpr double kLargestMovingDiagonal = 4e5;
 // Below this, squared lengths and inertias leave the range of single precision.
 inline constexpr double kShortestLength = 1e-6;
+// Farther out, single precision knows places to 64 m only, and boxes soon are that long.
+inline constexpr double kFarthestPlace = 1e9;
+// A body that goes farther in one step would have too long a bounding box, with its own size.
+inline constexpr double kLongestMove = 5e5;
 // Squares of these stay finite in single precision.
 inline constexpr double kLargestNumber = 1e18;
 
@@ -37,11 +41,13 @@ inline std::string to_text(const btVector3& v) {
   return "(" + to_text(v.x()) + ", " + to_text(v.y()) + ", " + to_text(v.z()) + ")";
 }
 
-// False for NaN.
-inline bool in_range(const btVector3& v) {
-  return btFabs(v.x()) <= btScalar(kLargestNumber) && btFabs(v.y()) <= btScalar(kLargestNumber) &&
-         btFabs(v.z()) <= btScalar(kLargestNumber);
+// Whether no component is larger; false for NaN.
+inline bool within(const btVector3& v, double largest) {
+  const btScalar bound = static_cast<btScalar>(largest);
+  return btFabs(v.x()) <= bound && btFabs(v.y()) <= bound && btFabs(v.z()) <= bound;
 }
+inline bool in_range(const btVector3& v) { return within(v, kLargestNumber); }
+inline bool is_near(const btVector3& place) { return within(place, kFarthestPlace); }
 
 // The checks of one call from Rust, which they name in what they refuse.
 class Call {

@@ -14,8 +14,6 @@
 //
 // Angles of joints with three rotations: the child's frame is the parent's, turned about z, then
 // about the new y, then about the newest x (Bullet's RO_XYZ).
-#include <algorithm>
-
 #include "state.h"
 #include "world.h"
 
@@ -95,12 +93,12 @@ std::unique_ptr<btTypedConstraint> make_hinge(btRigidBody& parent, btRigidBody& 
   if (axis.free) {
     hinge->setLimit(1, -1);
   } else {
-    // Bullet multiplies a hinge's stop erp, and its bounce, 1 if not set, by a bias, .3f if not set
-    // (in double precision, too); what was asked for must mean what it says.
+    // Bullet multiplies a hinge's stop erp and its bounce by a bias. By itself it has a bias of .3f
+    // (in double precision, too) and a bounce of 1; what is asked for must mean what it says.
     const btScalar softness = btScalar(.9f);
-    const btScalar bias = axis.erp ? btScalar(1) : btScalar(.3f);
-    const btScalar bounce = axis.bounce ? *axis.bounce / bias : btScalar(1);
-    hinge->setLimit(axis.lower, axis.upper, softness, bias, bounce);
+    const btScalar own_bias = btScalar(.3f);
+    const btScalar bias = axis.erp ? btScalar(1) : own_bias;
+    hinge->setLimit(axis.lower, axis.upper, softness, bias, axis.bounce.value_or(own_bias) / bias);
   }
   if (axis.erp) hinge->setParam(BT_CONSTRAINT_STOP_ERP, *axis.erp, 5);
   if (axis.cfm) hinge->setParam(BT_CONSTRAINT_STOP_CFM, *axis.cfm, 5);

@@ -30,7 +30,7 @@ class Refusal : public std::exception {
   throw Refusal('A', {call, argument, expected, value});
 }
 
-// `call`: `argument` names `what` number `slot`, which isn't there because of `why`.
+// `call`: nothing has the id `value` that `argument` gives, and `why`.
 [[noreturn]] inline void refuse_id(std::string_view call, std::string_view argument,
                                    std::string_view value, std::string_view why) {
   throw Refusal('U', {call, argument, value, why});

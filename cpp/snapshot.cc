@@ -75,6 +75,11 @@ class Reader {
     for (int i = 0; i < 3; ++i) v[i] = get_finite();
     return v;
   }
+  btVector3 get_vector_in_range() {
+    const btVector3 v = get_vector();
+    if (!in_range(v)) refuse_snapshot("its state holds a number beyond 1e18");
+    return v;
+  }
   btTransform get_transform() {
     btTransform t;
     for (int row = 0; row < 3; ++row) t.getBasis()[row] = get_vector();
@@ -88,7 +93,7 @@ class Reader {
         }
       }
     }
-    if (!in_range(t.getOrigin())) refuse_snapshot("its state holds a position beyond 1e18");
+    if (!is_near(t.getOrigin())) refuse_snapshot("its state holds a position beyond 1e9 m");
     return t;
   }
   // A count or an index.
@@ -220,13 +225,13 @@ void write_body(Writer& to, const btRigidBody& body) {
 void read_body(Reader& from, btRigidBody& body) {
   body.setWorldTransform(from.get_transform());
   body.setInterpolationWorldTransform(from.get_transform());
-  body.setInterpolationLinearVelocity(from.get_vector());
-  body.setInterpolationAngularVelocity(from.get_vector());
-  body.setLinearVelocity(from.get_vector());
-  body.setAngularVelocity(from.get_vector());
+  body.setInterpolationLinearVelocity(from.get_vector_in_range());
+  body.setInterpolationAngularVelocity(from.get_vector_in_range());
+  body.setLinearVelocity(from.get_vector_in_range());
+  body.setAngularVelocity(from.get_vector_in_range());
   body.clearForces();
-  body.applyCentralForce(from.get_vector());  // 0 + f: the factors are 1
-  body.applyTorque(from.get_vector());
+  body.applyCentralForce(from.get_vector_in_range());  // 0 + f: the factors are 1
+  body.applyTorque(from.get_vector_in_range());
   const auto activation = from.get<std::int32_t>();
   if (activation < ACTIVE_TAG || activation > DISABLE_SIMULATION) {
     refuse_snapshot("its state holds an unknown activation state");
@@ -272,6 +277,7 @@ void write_joint(Writer& to, const JointEntry& entry) {
 }
 
 void read_joint(Reader& from, JointEntry& entry) {
+  entry.joint->setEnabled(true);  // Bullet switches one off whose impulse overflowed
   switch (entry.kind) {
     case JointKind::Hinge: {
       auto& hinge = static_cast<btHingeConstraint&>(*entry.joint);
@@ -446,9 +452,11 @@ void read_manifolds(Reader& from, State& state) {
   for (int i = 0; i < state.dispatcher.getNumManifolds(); ++i) {
     btPersistentManifold& manifold = *state.dispatcher.getManifoldByIndexInternal(i);
     const std::uint32_t count = from.get_below(MANIFOLD_CACHE_SIZE + 1, "contact point");
-    manifold.setNumContacts(static_cast<int>(count));
+    manifold.setNumContacts(0);
     for (std::uint32_t k = 0; k < count; ++k) {
-      manifold.getContactPoint(static_cast<int>(k)) = read_point(from);
+      const btManifoldPoint point = read_point(from);
+      manifold.setNumContacts(static_cast<int>(k + 1));
+      manifold.getContactPoint(static_cast<int>(k)) = point;
     }
   }
 }

@@ -78,13 +78,15 @@ struct State {
 
   btScalar time_step;
   bool sleeping;
+  // In m/s, of dynamic bodies.
+  double fastest() const { return kLongestMove / double(time_step); }
   std::uint64_t steps = 0;
   int live_bodies = 0;
   // Set when the state stopped being finite, or half of one was restored: Bullet must not go on.
   std::optional<Refusal> broken;
   std::vector<std::uint8_t> snapshot;  // the buffer behind encode_state
 
-  ShapeEntry& shape(const Call& call, std::string_view argument, ShapeId id);
+  ShapeEntry& shape(const Call& call, std::string_view argument, ShapeId id) const;
   BodyEntry& body(const Call& call, std::string_view argument, BodyId id) const;
   JointEntry& joint(const Call& call, std::string_view argument, JointId id) const;
 };

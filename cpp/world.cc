@@ -18,48 +18,52 @@ Entry& find(const std::vector<std::unique_ptr<Entry>>& entries, const Call& call
   return *entries[id.slot];
 }
 
-// Throws, naming the first body whose state left the range in which all that is computed from it
-// is finite, or which Bullet gave up on: where bodies may sleep, one that crosses 1e6 m in a step
-// does so for good, without a word (btCollisionWorld::updateSingleAabb).
-void check_state(const State& state) {
-  const auto blew_up = [&](const btCollisionObject& body, const char* quantity,
-                           const btVector3& v) {
-    refuse_state(std::to_string(slot_of(body)), std::to_string(state.steps), quantity, to_text(v));
-  };
+[[noreturn]] void blew_up(const State& state, const btCollisionObject& body,
+                          const char* quantity, const btVector3& v) {
+  refuse_state(std::to_string(slot_of(body)), std::to_string(state.steps), quantity, to_text(v));
+}
+
+// Throws, naming the first body that left the range in which all that is computed from it is
+// finite, or that moves too far in a step: Bullet would leave its bounding box behind.
+void check_bodies(const State& state) {
   for (const auto& entry : state.bodies) {
     if (!entry || entry->motion == Motion::Static) continue;
     const btRigidBody& body = *entry->body;
-    const auto check = [&](const char* quantity, const btVector3& v) {
-      if (!in_range(v)) blew_up(body, quantity, v);
+    const btTransform& pose = body.getWorldTransform();
+    const auto check = [&](bool fine, const char* quantity, const btVector3& v) {
+      if (!fine) blew_up(state, body, quantity, v);
     };
-    check("linear velocity", body.getLinearVelocity());
-    check("angular velocity", body.getAngularVelocity());
-    check("position", body.getWorldTransform().getOrigin());
-    for (int row = 0; row < 3; ++row) check("rotation", body.getWorldTransform().getBasis()[row]);
-    if (entry->motion == Motion::Dynamic && body.getActivationState() == DISABLE_SIMULATION) {
-      blew_up(body, "linear velocity", body.getLinearVelocity());
+    const btVector3& velocity = body.getLinearVelocity();
+    const bool slow = body.isKinematicObject() || within(velocity, state.fastest());
+    check(in_range(velocity) && slow, "linear velocity", velocity);
+    check(in_range(body.getAngularVelocity()), "angular velocity", body.getAngularVelocity());
+    check(is_near(pose.getOrigin()), "position", pose.getOrigin());
+    for (int row = 0; row < 3; ++row) {
+      check(in_range(pose.getBasis()[row]), "rotation", pose.getBasis()[row]);
     }
   }
-  // What the solver found may overflow where the velocities don't. A sum is finite only if its
-  // terms are, or if they nearly overflow, which is as good as infinite.
+}
+
+// What the solver found may overflow where the velocities don't. A sum is finite only if its terms
+// are, or if they nearly overflow, which is as good as infinite.
+void check_impulses(const State& state) {
+  const auto check = [&](const btCollisionObject& body, const char* quantity, const btVector3& v) {
+    const btScalar sum = btFabs(v.x()) + btFabs(v.y()) + btFabs(v.z());
+    if (!std::isfinite(sum)) blew_up(state, body, quantity, v);
+  };
   for (const auto& entry : state.joints) {
     if (!entry) continue;
-    const auto check = [&](const char* quantity, const btVector3& v) {
-      if (!std::isfinite(v.x() + v.y() + v.z())) blew_up(*entry->child->body, quantity, v);
-    };
-    check("joint force", entry->feedback.m_appliedForceBodyB);
-    check("joint torque", entry->feedback.m_appliedTorqueBodyB);
+    check(*entry->child->body, "joint force", entry->feedback.m_appliedForceBodyB);
+    check(*entry->child->body, "joint torque", entry->feedback.m_appliedTorqueBodyB);
   }
   for (int i = 0; i < state.dispatcher.getNumManifolds(); ++i) {
     const btPersistentManifold& manifold = *state.dispatcher.getManifoldByIndexInternal(i);
+    const bool first = !manifold.getBody0()->isStaticOrKinematicObject();
     for (int k = 0; k < manifold.getNumContacts(); ++k) {
       const btManifoldPoint& point = manifold.getContactPoint(k);
-      const btVector3 impulse(point.m_appliedImpulse, point.m_appliedImpulseLateral1,
-                              point.m_appliedImpulseLateral2);
-      if (!std::isfinite(impulse.x() + btFabs(impulse.y()) + btFabs(impulse.z()))) {
-        const bool first = !manifold.getBody0()->isStaticOrKinematicObject();
-        blew_up(first ? *manifold.getBody0() : *manifold.getBody1(), "contact impulse", impulse);
-      }
+      check(first ? *manifold.getBody0() : *manifold.getBody1(), "contact impulse",
+            btVector3(point.m_appliedImpulse, point.m_appliedImpulseLateral1,
+                      point.m_appliedImpulseLateral2));
     }
   }
 }
@@ -108,7 +112,7 @@ State::~State() {
   }
 }
 
-ShapeEntry& State::shape(const Call& call, std::string_view argument, ShapeId id) {
+ShapeEntry& State::shape(const Call& call, std::string_view argument, ShapeId id) const {
   return find(shapes, call, argument, id);
 }
 BodyEntry& State::body(const Call& call, std::string_view argument, BodyId id) const {
@@ -126,11 +130,12 @@ std::unique_ptr<World> new_world(const WorldSpec& spec) { return std::make_uniqu
 void World::step() {
   State& state = *state_;
   if (state.broken) throw *state.broken;
-  // With 0 substeps stepSimulation makes one step of exactly this length.
-  state.world.stepSimulation(state.time_step, 0);
-  ++state.steps;
   try {
-    check_state(state);
+    // With 0 substeps stepSimulation makes one step of exactly this length.
+    state.world.stepSimulation(state.time_step, 0);
+    ++state.steps;
+    check_bodies(state);
+    check_impulses(state);
   } catch (const Refusal& refusal) {
     state.broken = refusal;
     throw;

@@ -51,7 +51,7 @@ class World {
             std::array<double, 3> point);
   std::size_t body_slots() const noexcept;
   void read_bodies(rust::Slice<BodyState> out) const;
-  std::array<double, 4> body_mass(BodyId id) const;
+  std::array<double, 4> mass_properties(BodyId id) const;
 
   // joints.cc
   JointId add_joint(const JointSpec& spec);

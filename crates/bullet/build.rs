@@ -10,11 +10,7 @@ const HEADERS: [&str; 4] = ["world.h", "state.h", "checks.h", "refusal.h"];
 const BULLET_VERSION: &str = "3.24";
 
 fn main() {
-    // bindgen panics where it finds no libclang.
-    let outcome = std::panic::catch_unwind(build).unwrap_or_else(|_| {
-        Err("libclang-dev is needed (Debian: apt-get install libclang-dev).".into())
-    });
-    if let Err(error) = outcome {
+    if let Err(error) = build() {
         // Cargo shows a build script's standard error only if it fails, as it does here.
         eprintln!("\nerror: {error}\n");
         std::process::exit(1);
@@ -39,7 +35,7 @@ fn build() -> Result<(), Box<dyn Error>> {
         .flags(include_paths.iter().map(|path| format!("-isystem{}", path.display())))
         .flag("-Wall")
         .flag("-Wextra")
-        // No fused multiply-add, whatever -march someone sets: bits don't depend on the machine.
+        // No fused multiply-add, whatever -march someone sets: the shim's bits are the same.
         .flag("-ffp-contract=off");
     if let Some(define) = define {
         shim.define(define, None).define("ITARL_FLOAT64", None);
@@ -54,7 +50,10 @@ fn build() -> Result<(), Box<dyn Error>> {
     for file in SOURCES.iter().chain(&HEADERS) {
         println!("cargo::rerun-if-changed={}", cpp.join(file).display());
     }
-    read_headers(&include_paths, define)
+    // bindgen panics where it finds no libclang.
+    std::panic::catch_unwind(|| read_headers(&include_paths, define)).unwrap_or_else(|_| {
+        Err("libclang was not found (Debian: apt-get install libclang-dev).".into())
+    })
 }
 
 /// Tells cargo what to link; gives the include paths.
@@ -70,6 +69,13 @@ fn find_bullet(float64: bool) -> Result<Vec<PathBuf>, Box<dyn Error>> {
                  does.\n  What pkg-config said of {package}:\n{error}"
             )
         })?;
+    if library.version != BULLET_VERSION {
+        println!(
+            "cargo::warning=Bullet {} in place of {BULLET_VERSION}: run the tests, since snapshots \
+             depend on its inner workings",
+            library.version
+        );
+    }
     // The compiler's own /usr/include must keep its place behind those of C++.
     let own = |path: &PathBuf| path != Path::new("/usr/include");
     Ok(library.include_paths.into_iter().filter(own).collect())

@@ -41,7 +41,7 @@ fn main() -> Result<(), bullet::Error> {
         let impulse = contacts.iter().fold(0.0, |sum, contact| sum + contact.impulse);
         let landing = (29..=36).contains(&step);
         if landing || step % 5 == 0 {
-            let state = &bodies[body.slot as usize];
+            let state = &bodies[body.index()];
             println!(
                 "{:6.2}  {:7.4}  {:8.4}  {:8}  {:7.4}  {:7.3}",
                 f64::from(step) * settings.time_step,

@@ -53,7 +53,7 @@ fn main() -> Result<(), bullet::Error> {
     let mut joints = Vec::new();
     for step in 0..600_u32 {
         world.read_joints(&mut joints)?;
-        let state = &joints[joint.slot as usize];
+        let state = &joints[joint.index()];
         let angle = state.position_of(Axis::AngularZ);
         let target = match step / 150 {
             0 => PI / 6.0,

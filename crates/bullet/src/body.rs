@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 use crate::{
     bridge::ffi,
     constants,
-    ffi::{BodyState, Motion, ShapeId},
+    ffi::{BodyId, BodyState, ShapeId},
 };
 
 /// A body to be added with [`World::add_body`](crate::World::add_body).
@@ -31,10 +31,12 @@ pub struct Body {
     pub pose: Isometry3<f64>,
     /// In kg, between 1e-12 and 1e12; of dynamic bodies only.
     pub mass: f64,
-    /// Principal moments about the axes of its own frame, in kg m²; None: those of the shape,
-    /// filled evenly.
+    /// Principal moments about the axes of its own frame, in kg m²; None: what Bullet makes of the
+    /// shape, filled evenly: exact for boxes, balls and cylinders, rough for others (see
+    /// [`Shape`](crate::Shape)).
     pub inertia: Option<Vector3<f64>>,
-    /// Coulomb's coefficient; a contact has the product of its two bodies' coefficients.
+    /// Coulomb's coefficient; a contact has the product of its two bodies' coefficients, and at most
+    /// 10.
     pub friction: f64,
     /// Torque against rolling, as a lever arm in m; a contact has the sum of each body's arm times
     /// the other's `friction`.
@@ -44,8 +46,8 @@ pub struct Body {
     pub spinning_friction: f64,
     /// Share of the approaching speed that is left after a collision, 0 to 1; a contact has the
     /// product of its two bodies'. Below 0.2 m/s Bullet takes 0. It is exact for bodies that touch
-    /// as the step begins: those still up to 0.02 m apart are slowed first, those that overlap are
-    /// pushed apart as well, by `contact_erp`.
+    /// as the step begins: those near it (see [`Contact`](crate::Contact)) are slowed first, those that
+    /// overlap are pushed apart as well, by `contact_erp`.
     pub restitution: f64,
     /// Share of the linear velocity lost within 1 s, 0 to 1.
     pub linear_damping: f64,
@@ -100,7 +102,11 @@ impl Body {
     pub(crate) fn to_spec(&self) -> ffi::BodySpec {
         ffi::BodySpec {
             shape: self.shape,
-            motion: self.motion,
+            motion: match self.motion {
+                Motion::Static => ffi::Motion::Static,
+                Motion::Dynamic => ffi::Motion::Dynamic,
+                Motion::Kinematic => ffi::Motion::Kinematic,
+            },
             pose: to_pose(&self.pose),
             mass: self.mass,
             has_inertia: self.inertia.is_some(),
@@ -113,6 +119,42 @@ impl Body {
             angular_damping: self.angular_damping,
             group: self.filter.group,
             mask: self.filter.mask,
+        }
+    }
+}
+
+/// How a body moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Motion {
+    /// Never; it has no mass.
+    Static,
+    /// By forces, contacts and joints.
+    Dynamic,
+    /// As the caller says ([`World::set_pose`](crate::World::set_pose)); it pushes dynamic bodies and
+    /// isn't pushed back.
+    Kinematic,
+}
+
+/// What [`World::push`](crate::World::push) adds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Push {
+    /// Force in N, acts during the next step.
+    Force,
+    /// Torque in N m, acts during the next step.
+    Torque,
+    /// Impulse in N s, changes the velocities at once.
+    Impulse,
+    /// Angular impulse in N m s, changes the angular velocity at once.
+    AngularImpulse,
+}
+
+impl Push {
+    pub(crate) fn to_bridge(self) -> ffi::Push {
+        match self {
+            Self::Force => ffi::Push::Force,
+            Self::Torque => ffi::Push::Torque,
+            Self::Impulse => ffi::Push::Impulse,
+            Self::AngularImpulse => ffi::Push::AngularImpulse,
         }
     }
 }
@@ -138,6 +180,13 @@ impl CollisionFilter {
             group: constants::StaticFilter,
             mask: constants::AllFilter ^ constants::StaticFilter,
         }
+    }
+}
+
+impl BodyId {
+    /// The body's place in the buffer of [`World::read_bodies`](crate::World::read_bodies).
+    pub const fn index(self) -> usize {
+        self.slot as usize
     }
 }
 

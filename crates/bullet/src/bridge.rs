@@ -5,9 +5,9 @@
 //! `cpp/refusal.h` turns whatever C++ throws into an `Err`, so nothing here can end the process.
 //! Numbers cross as `f64` whatever Bullet's precision (exact for `f32`).
 //!
-//! The structs are the shim's flat view. Those that a caller sees every step (states, contacts,
-//! motor commands) are public as they are; the others are filled in by the typed settings of
-//! `shape.rs`, `body.rs` and `joint.rs`.
+//! The structs are the shim's flat view. Ids, states and contacts are public as they are; the
+//! others are filled in by the typed settings of `shape.rs`, `body.rs` and `joint.rs`. Enums stay
+//! inside: to C++ they are numbers, and Rust could make one that is none of them.
 #![allow(unsafe_code)]
 // cxx makes everything in its module public; what leaves the crate is chosen in lib.rs.
 #![allow(unreachable_pub)]
@@ -37,51 +37,6 @@ pub mod ffi {
         pub slot: u32,
     }
 
-    /// One degree of freedom of a joint: along or about an axis of its frame.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
-    #[repr(u8)]
-    pub enum Axis {
-        /// Translation along x.
-        LinearX,
-        /// Translation along y.
-        LinearY,
-        /// Translation along z.
-        LinearZ,
-        /// Rotation about x.
-        AngularX,
-        /// Rotation about y.
-        AngularY,
-        /// Rotation about z.
-        AngularZ,
-    }
-
-    /// How a body moves.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
-    #[repr(u8)]
-    pub enum Motion {
-        /// Never moves; no mass.
-        Static,
-        /// Moved by forces, contacts and joints.
-        Dynamic,
-        /// Moved by the caller ([`World::set_pose`](crate::World::set_pose)); pushes dynamic
-        /// bodies and isn't pushed back.
-        Kinematic,
-    }
-
-    /// What [`World::push`](crate::World::push) adds.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-    #[repr(u8)]
-    pub enum Push {
-        /// Force in N, acts during the next step.
-        Force,
-        /// Torque in N m, acts during the next step.
-        Torque,
-        /// Impulse in N s, changes the velocities at once.
-        Impulse,
-        /// Angular impulse in N m s, changes the angular velocity at once.
-        AngularImpulse,
-    }
-
     /// What a body does now, in world coordinates.
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
     pub struct BodyState {
@@ -103,7 +58,8 @@ pub mod ffi {
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
     pub struct JointState {
         /// By [`Axis`](crate::Axis): the child's frame seen from the parent's frame, in m and rad.
-        /// An axis that the joint locks reads the joint's error.
+        /// An axis that the joint locks reads the joint's error. Angles lie within half a turn of 0
+        /// (about y, with three angles, a quarter): a wheel's jumps as it passes there.
         pub position: [f64; 6],
         /// Time derivatives of `position`, in m/s and rad/s.
         pub velocity: [f64; 6],
@@ -120,33 +76,21 @@ pub mod ffi {
     /// A contact point of the last step's collision detection.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Contact {
-        /// The first body.
+        /// One of the two bodies; which one is up to Bullet.
         pub a: BodyId,
-        /// The second body.
+        /// The other body.
         pub b: BodyId,
         /// On the surface of `b`, world coordinates, in m.
         pub point: [f64; 3],
         /// Unit vector from `b` towards `a`, world coordinates.
         pub normal: [f64; 3],
-        /// Gap in m, negative where the bodies overlap. Bullet keeps points up to 0.02 m apart.
+        /// Gap in m, negative where the bodies overlap. Bullet finds points apart by up to 2 % of the
+        /// radius of the smaller body (of the ball around its bounding box).
         pub distance: f64,
         /// Normal impulse on `a` along `normal` in the last step, in N s, at least 0.
         pub impulse: f64,
         /// Friction impulse on `a` in the last step, world coordinates, in N s.
         pub friction_impulse: [f64; 3],
-    }
-
-    /// New target of a motor.
-    #[derive(Clone, Copy, Debug, PartialEq)]
-    pub struct MotorCommand {
-        /// Which joint.
-        pub joint: JointId,
-        /// Which of its axes; it must have been built with a motor.
-        pub axis: Axis,
-        /// In m/s or rad/s, positive where the axis' position grows.
-        pub target_velocity: f64,
-        /// The most it may use, in N or N m, at least 0.
-        pub max_force: f64,
     }
 
     #[derive(Clone, Copy, Debug, Serialize)]
@@ -197,6 +141,23 @@ pub mod ffi {
     struct CompoundChild {
         shape: ShapeId,
         pose: Pose,
+    }
+
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+    #[repr(u8)]
+    enum Motion {
+        Static,
+        Dynamic,
+        Kinematic,
+    }
+
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    #[repr(u8)]
+    enum Push {
+        Force,
+        Torque,
+        Impulse,
+        AngularImpulse,
     }
 
     #[derive(Clone, Copy, Debug, Serialize)]
@@ -263,6 +224,15 @@ pub mod ffi {
         axes: [AxisSpec; 6],
     }
 
+    #[derive(Clone, Copy, Debug)]
+    struct MotorCommand {
+        joint: JointId,
+        /// 0 to 5
+        axis: u8,
+        target_velocity: f64,
+        max_force: f64,
+    }
+
     unsafe extern "C++" {
         include!("world.h");
 
@@ -309,7 +279,7 @@ pub mod ffi {
         fn read_bodies(&self, out: &mut [BodyState]) -> Result<()>;
         fn read_joints(&self, out: &mut [JointState]) -> Result<()>;
         fn read_contacts(&self, out: &mut [Contact]) -> Result<()>;
-        fn body_mass(&self, id: BodyId) -> Result<[f64; 4]>;
+        fn mass_properties(&self, id: BodyId) -> Result<[f64; 4]>;
 
         /// The world's dynamic state; the slice is the world's own buffer.
         fn encode_state(self: Pin<&mut World>) -> Result<&[u8]>;

@@ -30,11 +30,11 @@ pub enum Error {
         /// Why there is nothing in it.
         reason: String,
     },
-    /// The simulation blew up: a number isn't finite, or beyond 1e18, or a body that may sleep
-    /// crosses 1e6 m in a step, at which Bullet gives up on it. The world refuses to go on, until a
-    /// snapshot is restored.
+    /// The simulation blew up: a number isn't finite, or beyond 1e18; or a body is farther out than
+    /// 1e9 m, or goes farther than 5e5 m in a step, which Bullet doesn't follow. The world refuses
+    /// to go on, until a snapshot is restored.
     #[error("step {step}: the {quantity} of body {} blew up: {value}", body.slot)]
-    NonFinite {
+    BlewUp {
         /// The first body that is affected.
         body: BodyId,
         /// Steps made, with the one that blew up.
@@ -71,7 +71,7 @@ impl From<cxx::Exception> for Error {
                 reason: reason.into(),
             },
             ["N", slot, step, quantity, value] => match (slot.parse(), step.parse()) {
-                (Ok(slot), Ok(step)) => Error::NonFinite {
+                (Ok(slot), Ok(step)) => Error::BlewUp {
                     body: BodyId { slot },
                     step,
                     quantity: quantity.into(),

@@ -12,7 +12,7 @@
 
 use nalgebra::Isometry3;
 
-use crate::{Axis, BodyId, JointState, body::to_pose, bridge::ffi};
+use crate::{BodyId, JointId, JointState, body::to_pose, bridge::ffi};
 
 /// A joint to be added with [`World::add_joint`](crate::World::add_joint).
 #[derive(Clone, Debug, PartialEq)]
@@ -210,8 +210,7 @@ pub struct Stop {
     pub erp: Option<f64>,
     /// Softness; 0 is rigid. By itself: the world's `cfm`.
     pub cfm: Option<f64>,
-    /// Share of the speed that comes back, 0 to 1. By itself: 0, and for a hinge 0.3, or 1 if its
-    /// erp is set. It's never less than what erp makes: a step takes the overshoot back by a
+    /// Share of the speed that comes back, 0 to 1. By itself: 0, and for a hinge 0.3. It's never less than what erp makes: a step takes the overshoot back by a
     /// velocity, which stays. A 6-dof joint surely bounces only with an erp of 1; else it is
     /// slowed first.
     pub bounce: Option<f64>,
@@ -227,7 +226,7 @@ impl Stop {
 pub struct Motor {
     /// In m/s or rad/s.
     pub target_velocity: f64,
-    /// In N or N m, at least 0.
+    /// In N or N m, at least 0; with 0 the axis runs free.
     pub max_force: f64,
 }
 
@@ -247,6 +246,44 @@ pub struct Spring {
     pub equilibrium: f64,
 }
 
+/// New target of a motor, for [`World::set_motors`](crate::World::set_motors).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotorCommand {
+    /// Which joint.
+    pub joint: JointId,
+    /// Which of its axes; it must have been built with a motor.
+    pub axis: Axis,
+    /// In m/s or rad/s, positive where the axis' position grows.
+    pub target_velocity: f64,
+    /// The most it may use, in N or N m, at least 0; with 0 the axis runs free.
+    pub max_force: f64,
+}
+
+impl MotorCommand {
+    pub(crate) fn to_bridge(self) -> ffi::MotorCommand {
+        let Self { joint, axis, target_velocity, max_force } = self;
+        ffi::MotorCommand { joint, axis: axis as u8, target_velocity, max_force }
+    }
+}
+
+/// One degree of freedom of a joint: along or about an axis of its frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum Axis {
+    /// Translation along x.
+    LinearX,
+    /// Translation along y.
+    LinearY,
+    /// Translation along z.
+    LinearZ,
+    /// Rotation about x.
+    AngularX,
+    /// Rotation about y.
+    AngularY,
+    /// Rotation about z.
+    AngularZ,
+}
+
 impl Axis {
     /// All six, in the order of [`JointState::position`].
     pub const ALL: [Self; 6] = [
@@ -260,7 +297,14 @@ impl Axis {
 
     /// The axis' place in [`JointState::position`] and [`JointState::velocity`].
     pub const fn index(self) -> usize {
-        self.repr as usize
+        self as usize
+    }
+}
+
+impl JointId {
+    /// The joint's place in the buffer of [`World::read_joints`](crate::World::read_joints).
+    pub const fn index(self) -> usize {
+        self.slot as usize
     }
 }
 

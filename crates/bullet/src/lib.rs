@@ -18,7 +18,7 @@
 //!     world.step()?;
 //! }
 //! world.read_bodies(&mut bodies)?;
-//! assert!((bodies[ball.slot as usize].position[2] - 0.1).abs() < 1e-3, "it lies on the ground");
+//! assert!((bodies[ball.index()].position[2] - 0.1).abs() < 1e-3, "it lies on the ground");
 //! # Ok::<(), bullet::Error>(())
 //! ```
 //!
@@ -30,7 +30,9 @@
 //!
 //! # Promises
 //! - The trajectory is Bullet's own, bit for bit (`tests/fidelity.rs`).
-//! - The same calls give the same bits, whatever else the program does (`tests/determinism.rs`).
+//! - The same calls give the same bits, whatever else the program does (`tests/determinism.rs`): on
+//!   one build of Bullet and one glibc, and in double precision on CPUs that agree on FMA and AVX2,
+//!   since glibc chooses its `sin`, `atan2` and their like by them.
 //! - A restored [`World::snapshot`] continues with the same bits (`tests/snapshot.rs`).
 //! - No argument, however wrong, panics, corrupts or ends the process (`tests/refusals.rs`,
 //!   `tests/fuzz.rs`).
@@ -47,12 +49,10 @@ mod world;
 
 use bridge::ffi;
 
-pub use body::{Body, CollisionFilter};
+pub use body::{Body, CollisionFilter, Motion, Push};
 pub use error::Error;
-pub use ffi::{
-    Axis, BodyId, BodyState, Contact, JointId, JointState, Motion, MotorCommand, Push, ShapeId,
-};
-pub use joint::{AxisSettings, Joint, JointKind, Motor, Range, Spring, Stop};
+pub use ffi::{BodyId, BodyState, Contact, JointId, JointState, ShapeId};
+pub use joint::{Axis, AxisSettings, Joint, JointKind, Motor, MotorCommand, Range, Spring, Stop};
 pub use settings::{SolverMode, WorldSettings};
 pub use shape::{Lengthwise, Shape};
 pub use snapshot::SnapshotError;
@@ -63,3 +63,8 @@ pub const BULLET_VERSION: u32 = constants::BT_BULLET_VERSION;
 
 /// Bytes of a `btScalar`: 4, or 8 with the feature `float64`.
 pub const SCALAR_BYTES: usize = constants::SCALAR_BYTES as usize;
+
+/// The README's example is compiled with the others.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

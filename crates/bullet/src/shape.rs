@@ -40,7 +40,8 @@ pub enum Shape {
         /// In m.
         radius: f64,
     },
-    /// A cylinder with half balls at its ends.
+    /// A cylinder with half balls at its ends. Its inertia, if not given, is that of its bounding
+    /// box: about its length that's a third too much, or more.
     Capsule {
         /// In m.
         radius: f64,

@@ -21,13 +21,16 @@ pub struct World {
     inner: UniquePtr<ffi::World>,
     /// Of all calls that built the world.
     build: Xxh3,
+    /// What [`World::set_motors`] hands over, kept so that it allocates once.
+    commands: Vec<ffi::MotorCommand>,
 }
 
 impl World {
     /// An empty world.
     pub fn new(settings: &WorldSettings) -> Result<Self, Error> {
         let spec = settings.to_spec();
-        let mut world = Self { inner: ffi::new_world(&spec)?, build: Xxh3::new() };
+        let mut world =
+            Self { inner: ffi::new_world(&spec)?, build: Xxh3::new(), commands: Vec::new() };
         world.record("world", &spec);
         Ok(world)
     }
@@ -84,7 +87,9 @@ impl World {
     }
 
     /// Puts a dynamic body elsewhere, at once and with its velocities; or tells a kinematic body
-    /// where to be at the end of the next step, which gives it the velocity of getting there.
+    /// where to be, which gives it the velocity of getting there within the next step. (A kinematic
+    /// body can't be put elsewhere without pushing what it meets; [`World::read_bodies`] shows its
+    /// new pose at once.)
     pub fn set_pose(&mut self, id: BodyId, pose: &Isometry3<f64>) -> Result<(), Error> {
         Ok(self.inner.pin_mut().set_pose(id, &to_pose(pose))?)
     }
@@ -102,7 +107,7 @@ impl World {
     /// Adds a force, a torque or an impulse to a dynamic body, in world coordinates.
     ///
     /// Forces and impulses act at `point` (in world coordinates), or at the centre of mass if
-    /// there is none; torques and angular impulses have no point.
+    /// there is none; torques and angular impulses are refused a point.
     pub fn push(
         &mut self,
         id: BodyId,
@@ -111,19 +116,23 @@ impl World {
         point: Option<&Point3<f64>>,
     ) -> Result<(), Error> {
         let (has_point, point) = (point.is_some(), point.copied().unwrap_or_default());
-        Ok(self.inner.pin_mut().push(id, kind, (*vector).into(), has_point, point.coords.into())?)
+        let (vector, point) = ((*vector).into(), point.coords.into());
+        Ok(self.inner.pin_mut().push(id, kind.to_bridge(), vector, has_point, point)?)
     }
 
     /// Sets targets and limits of motors, from the next step on. If one command is refused, none
     /// is carried out.
     pub fn set_motors(&mut self, commands: &[MotorCommand]) -> Result<(), Error> {
-        Ok(self.inner.pin_mut().set_motors(commands)?)
+        self.commands.clear();
+        self.commands.extend(commands.iter().map(|command| command.to_bridge()));
+        Ok(self.inner.pin_mut().set_motors(&self.commands)?)
     }
 
     /// Makes one step of [`WorldSettings::time_step`].
     ///
     /// # Errors
-    /// [`Error::NonFinite`] if a body's state stops being finite, then and in all later steps.
+    /// [`Error::BlewUp`] if a body's state stops being finite, then and in all later steps; the
+    /// error of a [`World::restore`] that left the world in between.
     pub fn step(&mut self) -> Result<(), Error> {
         Ok(self.inner.pin_mut().step()?)
     }
@@ -147,7 +156,7 @@ impl World {
         Ok(self.inner.read_joints(out)?)
     }
 
-    /// All contact points of the last step, in the solver's order. `out` is resized to fit.
+    /// All contact points of the last step, in Bullet's order. `out` is resized to fit.
     pub fn read_contacts(&self, out: &mut Vec<Contact>) -> Result<(), Error> {
         out.resize(self.inner.contact_count(), Contact::NONE);
         Ok(self.inner.read_contacts(out)?)
@@ -155,7 +164,7 @@ impl World {
 
     /// Mass in kg (0: not dynamic) and principal moments of inertia in kg m².
     pub fn mass_properties(&self, id: BodyId) -> Result<(f64, Vector3<f64>), Error> {
-        let [mass, x, y, z] = self.inner.body_mass(id)?;
+        let [mass, x, y, z] = self.inner.mass_properties(id)?;
         Ok((mass, Vector3::new(x, y, z)))
     }
 
@@ -172,7 +181,10 @@ impl World {
     /// Goes back to a [`World::snapshot`].
     ///
     /// # Errors
-    /// [`Error::Snapshot`] if the bytes are damaged or of a world that was built differently.
+    /// [`Error::Snapshot`] if the bytes are damaged or of a world that was built differently; the
+    /// world is then as before, but for [`SnapshotError::Malformed`](crate::SnapshotError): bytes
+    /// that someone made up, whose beginning may be in force. It then refuses to step until
+    /// something else is restored.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), Error> {
         let state = snapshot::open(self.build.digest(), bytes)?;
         Ok(self.inner.pin_mut().decode_state(state)?)

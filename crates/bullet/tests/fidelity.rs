@@ -82,7 +82,7 @@ fn the_scene_is_lively() {
         touching = pairs;
 
         for (i, (joint, axis, lower, upper)) in chain.limited.iter().enumerate() {
-            let state: &JointState = &joints[joint.slot as usize];
+            let state: &JointState = &joints[joint.index()];
             // Bullet's 6-dof motors slow down to stop just short of a limit.
             let nearly = 1e-3;
             at_lower_limit[i] += usize::from(state.position_of(*axis) <= *lower + nearly);
@@ -268,7 +268,7 @@ impl Chain {
         if step % 200 < 90 {
             let along = Vector3::new(45.0 * square(step, 400), 0.0, 6.0);
             let across = Vector3::new(0.0, 45.0 * square(step, 800), 6.0);
-            let [x, y, z] = bodies[self.links[0].slot as usize].position;
+            let [x, y, z] = bodies[self.links[0].index()].position;
             let force = if (step / 200).is_multiple_of(2) { along } else { across };
             push(0, Push::Force, force, Some(Point3::new(x + 0.02, y, z + 0.05)));
         }

@@ -605,10 +605,22 @@ fn moving_and_pushing_refuse_bad_vectors_and_bodies_that_nothing_pushes() {
         scene.refuses_vector("push: vector", IN_RANGE, NUMBER, |world, vector| {
             world.push(bob, kind, &vector, None)
         });
+    }
+    for kind in [Push::Force, Push::Impulse] {
         scene.refuses_vector("push: point", A_PLACE, NUMBER, |world, point| {
             world.push(bob, kind, &some, Some(&point.into()))
         });
     }
+    for kind in [Push::Torque, Push::AngularImpulse] {
+        scene.refuses(
+            |world| world.push(bob, kind, &some, Some(&Point3::origin())),
+            "push: point must be absent for a torque or an angular impulse, got one",
+        );
+    }
+    scene.refuses(
+        |world| world.set_velocity(bob, &Vector3::new(0.0, 1e8, 0.0), &some),
+        "set_velocity: linear must be at most 5e5 m in a step, got (0, 1e+08, 0) m/s",
+    );
     scene.goes_on();
 }
 
@@ -618,13 +630,15 @@ fn pushes_refuse_what_a_light_body_or_a_long_arm_would_make_infinite() {
     let mut scene = Scene::new();
     let bob = scene.bob;
     let (huge, far) = (Vector3::new(0.0, 1e18, 0.0), Point3::new(1e6, 0.0, 0.0));
-    for (kind, kept) in [
-        (Push::Impulse, "the body's velocities within 1e18"),
-        (Push::AngularImpulse, "the body's velocities within 1e18"),
-        (Push::Force, "the body's total force and torque within 1e18"),
+    let velocities = "the body below 5e5 m in a step and 1e18 rad/s";
+    let loads = "the body's total force and torque within 1e18";
+    for (kind, point, kept) in [
+        (Push::Impulse, Some(&far), velocities),
+        (Push::AngularImpulse, None, velocities),
+        (Push::Force, Some(&far), loads),
     ] {
         scene.refuses(
-            |world| world.push(bob, kind, &huge, Some(&far)),
+            |world| world.push(bob, kind, &huge, point),
             &format!("push: vector must be small enough to keep {kept}, got (0, 1e+18, 0)"),
         );
     }
@@ -813,9 +827,8 @@ fn restoring_refuses_bytes_that_are_not_this_worlds_snapshot() {
     scene.goes_on();
 }
 
-/// Ways that every argument allows: a force that gives a light body 1e18 * 0.01 / 1e-12 m/s; a
-/// speed that crosses 1e7 m in a step, at which Bullet gives up on a body that may sleep; and one
-/// that takes two steps to pass 1e18 m.
+/// Ways that every argument allows: a force and a torque on a body of 1e-12 kg, and a journey of
+/// 4e5 m a step to beyond 1e9 m.
 #[test]
 fn a_world_that_blows_up_names_body_and_step_and_a_snapshot_heals_it() {
     type Blow = fn(&mut World, BodyId) -> Result<(), Error>;
@@ -828,16 +841,16 @@ fn a_world_that_blows_up_names_body_and_step_and_a_snapshot_heals_it() {
             1,
         ),
         (
-            WorldSettings { sleeping: true, ..default() },
-            |world, id| world.set_velocity(id, &Vector3::new(0.0, 1e9, 0.0), &Vector3::zeros()),
-            "linear velocity",
+            default(),
+            |world, id| world.push(id, Push::Torque, &Vector3::new(0.0, 1e18, 0.0), None),
+            "angular velocity",
             1,
         ),
         (
-            WorldSettings { time_step: 1.0, ..default() },
-            |world, id| world.set_velocity(id, &Vector3::new(0.0, 1e18, 0.0), &Vector3::zeros()),
+            WorldSettings { time_step: 1.0, gravity: Vector3::zeros(), ..default() },
+            |world, id| world.set_velocity(id, &Vector3::new(0.0, 4e5, 0.0), &Vector3::zeros()),
             "position",
-            2,
+            2501,
         ),
     ];
     for (settings, blow, expected, steps) in table {
@@ -855,7 +868,7 @@ fn a_world_that_blows_up_names_body_and_step_and_a_snapshot_heals_it() {
         let error = scene.world.step().expect_err(expected);
         let made = 5 + steps;
         match &error {
-            Error::NonFinite { body, step, quantity, .. } => {
+            Error::BlewUp { body, step, quantity, .. } => {
                 assert_eq!((*body, *step, quantity.as_str()), (light, made, expected));
             }
             other => panic!("{other}"),
@@ -868,7 +881,7 @@ fn a_world_that_blows_up_names_body_and_step_and_a_snapshot_heals_it() {
         assert_eq!(scene.world.snapshot(&mut Vec::new()).unwrap_err(), error);
         let mut bodies = Vec::new();
         scene.world.read_bodies(&mut bodies).unwrap();
-        assert!(bodies[light.slot as usize].exists);
+        assert!(bodies[light.index()].exists);
         scene.world.read_joints(&mut Vec::new()).unwrap();
         scene.world.read_contacts(&mut Vec::new()).unwrap();
 

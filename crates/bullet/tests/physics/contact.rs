@@ -48,7 +48,7 @@ fn a_block_sticks_below_the_friction_angle_and_slides_above_it() {
         let start = velocity(&world, body).x;
         steps(&mut world, 200);
         let gained = (velocity(&world, body).x - start) / 2.0;
-        // Bullet drops contact points that slid 2 cm and finds the corners anew: the block nods
+        // Bullet drops contact points that slid too far (1.4 cm here) and finds the corners anew: the block nods
         // at that, and lands on them with some friction more than its weight's, half a percent.
         assert_near("above the friction angle", gained, acceleration, 0.01 * friction * G);
     }
@@ -96,7 +96,7 @@ fn a_collision_gives_back_the_product_of_the_restitutions() {
 
 #[test]
 fn a_dropped_ball_rises_to_the_square_of_its_restitution() {
-    // Bullet slows what it sees coming, from 0.02 m above the ground, and pushes out what has sunk
+    // Bullet slows what it sees coming, from 4 mm above the ground, and pushes out what has sunk
     // in, by contact_erp of the depth a step: both change the height. This drop passes from
     // 0.048 m above to 0.001 m below in one step, and isn't pushed out.
     let (dt, radius, drop, e) = (0.01, 0.125, 1.25, 0.8);
@@ -424,4 +424,44 @@ fn a_resting_body_falls_asleep_after_two_seconds_and_a_push_wakes_it() {
     let (mut world, body) = run(false);
     steps(&mut world, 400);
     assert!(see(&world, body).awake, "fell asleep, though told not to");
+}
+
+#[test]
+fn what_sleeps_on_a_body_wakes_when_that_is_put_elsewhere_or_removed() {
+    for removed in [false, true] {
+        let settings = WorldSettings { sleeping: true, ..WorldSettings::default() };
+        let mut world = World::new(&settings).unwrap();
+        let plane = world.add_shape(&Shape::ground()).unwrap();
+        world.add_body(&still_ground(plane)).unwrap();
+        let shape = cuboid(&mut world, 0.2, 0.2, 0.2);
+        let lower = world.add_body(&Body::dynamic(shape, 1.0, at(0.0, 0.0, 0.2))).unwrap();
+        let upper = world.add_body(&Body::dynamic(shape, 1.0, at(0.0, 0.0, 0.6))).unwrap();
+        steps(&mut world, 400);
+        assert!(!see(&world, upper).awake);
+        if removed {
+            world.remove_body(lower).unwrap();
+        } else {
+            world.set_pose(lower, &at(5.0, 0.0, 0.2)).unwrap();
+        }
+        steps(&mut world, 100);
+        assert!(position(&world, upper).z < 0.3, "it hangs in the air");
+    }
+}
+
+/// Bullet looks for contacts up to 2 % of the smaller body's radius ahead, a ball's own here.
+#[test]
+fn a_contact_is_found_as_far_ahead_as_the_smaller_body_is_large() {
+    for radius in [0.05, 0.5] {
+        // The radius is that of the ball around the bounding box.
+        let ahead = 0.02 * 3.0_f64.sqrt() * radius;
+        for (gap, found) in [(0.9 * ahead, true), (1.1 * ahead, false)] {
+            let mut world = weightless(0.01);
+            let plane = world.add_shape(&Shape::ground()).unwrap();
+            world.add_body(&still_ground(plane)).unwrap();
+            let shape = ball(&mut world, radius);
+            world.add_body(&Body::dynamic(shape, 1.0, at(0.0, 0.0, radius + gap))).unwrap();
+            steps(&mut world, 1);
+            assert_eq!(!contacts(&world).is_empty(), found, "{radius}, {gap}");
+        }
+    }
 }

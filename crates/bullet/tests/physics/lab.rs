@@ -59,13 +59,13 @@ pub(crate) fn steps(world: &mut World, count: u32) {
 pub(crate) fn see(world: &World, id: BodyId) -> BodyState {
     let mut bodies = Vec::new();
     world.read_bodies(&mut bodies).unwrap();
-    bodies[id.slot as usize]
+    bodies[id.index()]
 }
 
 pub(crate) fn joint_of(world: &World, id: JointId) -> JointState {
     let mut joints = Vec::new();
     world.read_joints(&mut joints).unwrap();
-    joints[id.slot as usize]
+    joints[id.index()]
 }
 
 pub(crate) fn contacts(world: &World) -> Vec<Contact> {
