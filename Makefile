@@ -9,16 +9,19 @@ VALGRIND_CASES ?= 1500
 .PHONY: help demo test lint bench asan valgrind setup
 
 help:
-	@echo "make demo      what the physics can do, in the terminal"
+	@echo "make demo      what the physics and the learning can do, in the terminal"
 	@echo "make test      all tests, with Bullet in single and double precision"
 	@echo "make lint      formatting and clippy, as strict as CI"
-	@echo "make bench     what the crate costs beside a plain C++ loop"
+	@echo "make bench     what things cost, beside plain code that does the same"
 	@echo "make asan      fuzzing with the C++ shim under AddressSanitizer"
 	@echo "make valgrind  the bullet crate's tests under valgrind"
 
 demo: setup
 	cargo run --release -p bullet --example falling_box
 	cargo run --release -p bullet --example pendulum
+	cargo run --release -p crbm --example learn
+	cargo run --release -p gpomdp --example chain
+	cargo run --release -p infotheory --example logistic
 
 test: setup
 	cargo test --workspace
@@ -30,7 +33,7 @@ lint: setup
 	cargo clippy -p bullet --all-targets --features float64 -- -D warnings
 
 bench: setup
-	cargo bench -p bullet
+	cargo bench --workspace
 
 # --target keeps the flags away from build scripts; the library must be the first one loaded.
 SANITIZED = CARGO_TARGET_DIR=target/asan UBSAN_OPTIONS=print_stacktrace=1 \
