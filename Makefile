@@ -3,8 +3,8 @@
 PACKAGES := g++ pkg-config libbullet-dev libclang-dev
 
 # Sequences of random calls for the sanitizer, and for valgrind, which is slower.
-ASAN_CASES ?= 5000
-VALGRIND_CASES ?= 1500
+ASAN_SEQUENCES ?= 5000
+VALGRIND_SEQUENCES ?= 1500
 
 .PHONY: help demo test lint bench asan valgrind setup
 
@@ -37,7 +37,7 @@ bench: setup
 
 # --target keeps the flags away from build scripts; the library must be the first one loaded.
 SANITIZED = CARGO_TARGET_DIR=target/asan UBSAN_OPTIONS=print_stacktrace=1 \
-	PROPTEST_CASES=$(ASAN_CASES) \
+	FUZZ_SEQUENCES=$(ASAN_SEQUENCES) \
 	CXXFLAGS="-fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer" \
 	RUSTFLAGS="-Clink-arg=-Wl,--no-as-needed -Clink-arg=-lasan -Clink-arg=-lubsan" \
 	cargo test -p bullet --test fuzz --test refusals \
@@ -53,8 +53,8 @@ VALGRIND = cargo test -p bullet --tests --config \
 
 valgrind: PACKAGES += valgrind
 valgrind: setup
-	PROPTEST_CASES=$(VALGRIND_CASES) $(VALGRIND)
-	PROPTEST_CASES=$(VALGRIND_CASES) $(VALGRIND) --features float64
+	FUZZ_SEQUENCES=$(VALGRIND_SEQUENCES) $(VALGRIND)
+	FUZZ_SEQUENCES=$(VALGRIND_SEQUENCES) $(VALGRIND) --features float64
 
 # Installs what is missing, and asks for no password if nothing is.
 setup:

@@ -4,7 +4,7 @@
 //! Ids are drawn from a small range, so that they name what exists, what was removed and what
 //! never was. Snapshots come back whole, cut, flipped, of other worlds, and forged: changed and
 //! sealed again with a right checksum, so that the decoder of the state is reached.
-//! `PROPTEST_CASES` sets the number of sequences, and makes them other ones in every run.
+//! `FUZZ_SEQUENCES` sets the number of sequences, and makes them other ones in every run.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use bullet::{
@@ -16,7 +16,7 @@ use nalgebra::{Isometry3, Point3, Quaternion, Translation3, Unit, UnitQuaternion
 use proptest::{collection::vec, option, prelude::*, sample::select, test_runner::RngSeed};
 use xxhash_rust::xxh3::xxh3_64;
 
-/// Sequences, if `PROPTEST_CASES` doesn't say otherwise.
+/// Sequences, if `FUZZ_SEQUENCES` doesn't say otherwise.
 const SEQUENCES: u32 = 8000;
 const MOST_CALLS: usize = 60;
 
@@ -590,10 +590,10 @@ proptest! {
         // A file of regressions would be a list of seeds that mean nothing once the strategies
         // change; a failure prints the shortest list of calls.
         failure_persistence: None,
-        ..match std::env::var_os("PROPTEST_CASES") {
-            Some(_) => ProptestConfig::default(),
+        ..match std::env::var("FUZZ_SEQUENCES") {
+            Ok(number) => ProptestConfig::with_cases(number.parse().unwrap()),
             // The same in every run of the suite: what's new is found by asking for it.
-            None => ProptestConfig {
+            Err(_) => ProptestConfig {
                 rng_seed: RngSeed::Fixed(1),
                 ..ProptestConfig::with_cases(SEQUENCES)
             },
