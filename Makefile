@@ -26,6 +26,7 @@ demo: setup
 test: setup
 	cargo test --workspace
 	cargo test -p bullet --features float64
+	cargo test --release -p crbm -p gpomdp -p infotheory
 
 lint: setup
 	cargo fmt --all --check

@@ -115,14 +115,18 @@ impl<'a> Exact<'a> {
         Ok(activations.into_iter().map(sigmoid).collect())
     }
 
-    /// The output with a number: y_i is its bit i.
+    /// The output with a number: y_i is its bit i. Bits beyond the outputs don't count.
     pub fn output(&self, number: usize) -> Vec<bool> {
         (0..self.layout.n_outputs()).map(|i| number >> i & 1 == 1).collect()
     }
 
     /// An output's number, from its bits.
-    pub fn number(y: &[bool]) -> usize {
-        y.iter().enumerate().map(|(i, on)| usize::from(*on) << i).sum()
+    ///
+    /// # Errors
+    /// If its length is wrong.
+    pub fn number(&self, y: &[bool]) -> Result<usize, Error> {
+        check_length("Exact::number", "y", self.layout.n_outputs(), y.len())?;
+        Ok(y.iter().enumerate().map(|(i, on)| usize::from(*on) << i).sum())
     }
 
     fn check_pair(&self, place: &'static str, x: &[bool], y: &[bool]) -> Result<(), Error> {

@@ -52,7 +52,8 @@
 //! # Connections
 //! A [`Mask`] restricts which hidden units see which inputs or outputs: [`Mask::blocks`] makes one
 //! block of hidden units for each actuator, or leg. A pair that isn't connected has no parameter:
-//! it's always zero, and takes no time in sampling, score or update. Inputs with memory (several
+//! it's always zero, and takes no time in the update, and in sampling and score none as far as
+//! blocks are contiguous. Inputs with memory (several
 //! past readings) are just more inputs; a value of several bits is several units, coded by the
 //! caller.
 //!

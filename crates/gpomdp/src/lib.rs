@@ -69,8 +69,9 @@
 //! `cargo run -p gpomdp --release --example chain` shows all of them on the three-state chain.
 //!
 //! # Promises
-//! - The expected estimate of a loop of T steps is the exact one, to rounding, and long runs
-//!   converge to the formula above (`tests/oracles.rs`).
+//! - From a stationary start and without a baseline, the expected estimate of a loop of T steps is,
+//!   to rounding, the formula above with the term of beta^s less by the factor 1 - s/T, since the
+//!   trace begins anew; long runs converge to the formula (`tests/oracles.rs`).
 //! - The same input gives the same bits, on any CPU with IEEE 754 arithmetic and at any
 //!   optimisation level: nothing but sums, products, quotients and square roots, element by
 //!   element, in the order in which the formulas are written (`tests/bits.rs`).
@@ -79,6 +80,8 @@
 //!   `tests/optimisers.rs`).
 //! - What has run on from a restored state has the same bits as what was never interrupted.
 //! - A step allocates nothing, and costs one pass over the slices beyond the checks.
+
+#![forbid(unsafe_code)]
 
 mod baseline;
 mod check;

@@ -23,22 +23,28 @@ fn words_of_another_window_are_refused_and_change_nothing() {
         words
     };
     for (words, expected) in [
-        (vec![], "the length of words must be at least 5, got 0"),
+        (vec![], "the length of words must be at least 6, got 0"),
         (changed(0, 6), "pairs must be 5, got 6"),
         (changed(1, 2), "lag must be 1, got 2"),
         (changed(2, 2), "past must be 1, got 2"),
         (changed(3, 1), "the words of a reading must be 2, got 1"),
-        (changed(4, 7), "the number of readings must be at most 6, got 7"),
+        (changed(5, 7), "the number of readings must be at most 6, got 7"),
         (
-            changed(4, u64::MAX),
+            changed(5, u64::MAX),
             "the number of readings must be at most 6, got 18446744073709551615",
         ),
-        (changed(4, 5), "the length of words must be 15, got 17"),
-        (changed(16, 3), "a state must be below 3, got 3"),
+        (changed(5, 5), "the length of words must be 16, got 18"),
+        (changed(17, 3), "a state must be below 3, got 3"),
     ] {
         let error = window.restore(&words).unwrap_err().to_string();
         assert_eq!(error, format!("Window::restore: {expected}"));
         assert_eq!(values(&window), before);
+    }
+    // Other sensors, and other groups, of as many words.
+    for (radices, groups) in [([2, 4], vec![vec![0], vec![1]]), ([2, 3], vec![vec![1], vec![0]])] {
+        let mut other = Window::new(settings, &radices, &groups).unwrap();
+        let error = other.restore(&good).unwrap_err().to_string();
+        assert!(error.starts_with("Window::restore: the sensors' hash must be "), "{error}");
     }
     window.restore(&good).unwrap();
     assert_eq!(values(&window), before);

@@ -17,7 +17,7 @@
 //! information, which is at most ln min(K, T') for K states. A single r_t can be as large as
 //! ln N.
 //!
-//! Miller and Madow's correction takes r as an entropy of s' less a conditional one. With K_s
+//! Miller and Madow's correction of that mutual information is shared out among the pairs. With K_s
 //! successors of s and K' second members that occur,
 //!
 //! ```text
@@ -25,7 +25,8 @@
 //! ```
 //!
 //! whose mean over the pairs is the corrected mutual information, since sum_s K_s is the number of
-//! different pairs. Single values can be negative.
+//! different pairs. It's right for that mean; for a single value it is only as far as s and s' are
+//! independent. Single values can be negative.
 //!
 //! Counts and logarithms are integers, so values are those of a recount from scratch, bit for bit,
 //! however long the window has been sliding.
@@ -131,6 +132,8 @@ pub struct Window {
     ln: Vec<i64>,
     /// [words of a reading]: the one that comes in.
     incoming: Vec<u64>,
+    /// Of sensors and groups.
+    hash: u64,
 }
 
 impl Window {
@@ -165,6 +168,7 @@ impl Window {
             readings: Readings::new(n_words, settings.span()),
             ln: (0..=settings.pairs as u64).map(logs::ln_fixed).collect(),
             incoming: vec![0; n_words],
+            hash: hash_of(radices, groups),
         })
     }
 
@@ -272,8 +276,9 @@ impl Window {
         }
     }
 
-    /// Writes the window's state, for [`restore`](Self::restore): five words that say of what shape
-    /// it is (T', lag, past, words of a reading, number of readings) and the readings, oldest first.
+    /// Writes the window's state, for [`restore`](Self::restore): six words that say of what shape
+    /// it is (T', lag, past, words of a reading, a hash of sensors and groups, number of readings) and
+    /// the readings, oldest first.
     pub fn save(&self, words: &mut Vec<u64>) {
         words.clear();
         words.extend(self.shape());
@@ -287,23 +292,24 @@ impl Window {
     /// bits.
     pub fn restore(&mut self, words: &[u64]) -> Result<(), Error> {
         const CALL: &str = "Window::restore";
-        let Some((header, rows)) = words.split_at_checked(5) else {
-            return Err(refused(CALL, "the length of words", "at least 5", words.len()));
+        let Some((header, rows)) = words.split_at_checked(6) else {
+            return Err(refused(CALL, "the length of words", "at least 6", words.len()));
         };
         let shape = self.shape();
         for (place, &expected) in shape.iter().enumerate() {
             if header[place] != expected {
-                let name = ["pairs", "lag", "past", "the words of a reading"][place];
+                let name = ["pairs", "lag", "past", "the words of a reading", "the sensors' hash"];
+                let name = name[place];
                 return Err(refused(CALL, name, expected.to_string(), header[place]));
             }
         }
-        let n_readings = header[4];
+        let n_readings = header[5];
         if n_readings > self.settings.span() as u64 {
             let expected = format!("at most {}", self.settings.span());
             return Err(refused(CALL, "the number of readings", expected, n_readings));
         }
         let n_words = self.incoming.len();
-        check_length(CALL, "words", 5 + n_readings as usize * n_words, words.len())?;
+        check_length(CALL, "words", 6 + n_readings as usize * n_words, words.len())?;
         for row in rows.chunks_exact(n_words) {
             for variable in &self.variables {
                 variable.check(CALL, &row[variable.words.clone()])?;
@@ -333,9 +339,9 @@ impl Window {
         }
     }
 
-    fn shape(&self) -> [u64; 4] {
+    fn shape(&self) -> [u64; 5] {
         let WindowSettings { pairs, lag, past } = self.settings;
-        [pairs as u64, lag as u64, past as u64, self.incoming.len() as u64]
+        [pairs as u64, lag as u64, past as u64, self.incoming.len() as u64, self.hash]
     }
 
     fn variable(&self, call: &'static str, variable: usize) -> Result<&Variable, Error> {
@@ -363,4 +369,17 @@ impl Window {
         let sum = self.variables.iter().fold(0.0, |sum, variable| sum + nats(variable));
         sum / self.variables.len() as f64
     }
+}
+
+/// FNV-1a over the states of the sensors and the sensors of the groups: a saved window of others
+/// isn't this one.
+fn hash_of(radices: &[u64], groups: &[impl AsRef<[usize]>]) -> u64 {
+    let sensors = groups.iter().flat_map(|group| {
+        let group = group.as_ref();
+        std::iter::once(group.len()).chain(group.iter().copied())
+    });
+    let numbers = radices.iter().copied().chain(sensors.map(|number| number as u64));
+    numbers.flat_map(u64::to_le_bytes).fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    })
 }
