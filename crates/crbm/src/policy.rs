@@ -194,7 +194,9 @@ impl Policy {
     /// If a slice's length is wrong, or `rng` has no chain.
     pub fn act(&mut self, x: &[bool], rng: &mut ChainRng, y: &mut [bool]) -> Result<(), Error> {
         check_length("Policy::act", "y", self.layout.n_outputs(), y.len())?;
-        self.sample(x, rng, y)
+        self.run_chains("Policy::act", x, rng, 1)?;
+        self.outputs.unpack(0, y);
+        Ok(())
     }
 
     /// Draws independent samples of y, `[any number up to 1 + S x n_outputs]`, row-major, one from

@@ -128,17 +128,28 @@ fn the_score_at_the_drawn_action_is_the_one_that_came_with_it() {
 /// A mask is a full machine with zeros, but for the zeros' scores, which it leaves out.
 #[test]
 fn a_mask_is_zeros_that_stay_zero() {
-    let (layout, sampling) = machines().swap_remove(1);
+    let (blocks, sampling) = machines().swap_remove(1);
+    // Holes everywhere, in V as in W.
+    let inputs = Mask::from_fn(48, 30, |j, k| (j + k) % 3 != 0).unwrap();
+    let outputs = Mask::from_fn(48, 24, |j, i| j % 6 == i / 4).unwrap();
+    for layout in [blocks, Layout::new(inputs, outputs).unwrap()] {
+        assert_mask_is_zeros(&layout, sampling);
+    }
+}
+
+fn assert_mask_is_zeros(layout: &Layout, sampling: Sampling) {
     let full = Layout::full(layout.n_inputs(), layout.n_hidden(), layout.n_outputs()).unwrap();
     let parameters = layout.random_parameters(0.5, 1, "determinism").unwrap();
     let mut dense = vec![0.0; full.n_parameters()];
-    let mut places: Vec<usize> = layout.input_weights().chain(full.hidden_biases()).collect();
+    let pairs = layout.input_mask().pairs();
+    let mut places: Vec<usize> = pairs.filter_map(|(j, k)| full.input_weight(j, k)).collect();
+    places.extend(full.hidden_biases());
     let pairs = layout.output_mask().pairs();
     places.extend(pairs.filter_map(|(j, i)| full.output_weight(j, i)));
     places.extend(full.output_biases());
     places.iter().zip(&parameters).for_each(|(place, parameter)| dense[*place] = *parameter);
 
-    let mut masked = policy(&layout, sampling);
+    let mut masked = policy(layout, sampling);
     let mut full = Policy::new(full, sampling, &dense).unwrap();
     let mut rngs = [masked.rng(3, "policy"), masked.rng(3, "policy")];
     let of_masked = run(&mut masked, &mut rngs[0]);
