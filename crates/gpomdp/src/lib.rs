@@ -43,7 +43,7 @@
 //! doesn't see what an action leads to later: bias. A large one gives each reward to many actions
 //! that have nothing to do with it: noise. In percent of the length of the exact gradient, for the
 //! three-state chain that the method was published with (`tests/problems/chain.rs`) and T steps
-//! for an estimate, `cargo run -p gpomdp --release --example bias` prints:
+//! for an estimate, `cargo run -p gpomdp --release --example discount_bias` prints:
 //!
 //! | beta | bias | noise, T = 100 | noise, T = 10,000 |
 //! |---|---|---|---|

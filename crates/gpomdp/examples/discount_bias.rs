@@ -2,7 +2,7 @@
 //! of the crate's page.
 //!
 //! ```text
-//! cargo run -p gpomdp --release --example bias
+//! cargo run -p gpomdp --release --example discount_bias
 //! ```
 //!
 //! The bias is exact, from the chain's stationary distribution; the noise is measured, with a
