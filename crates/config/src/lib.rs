@@ -1,0 +1,44 @@
+//! TOML files read key by key: models and experiments say what is wrong where, all at once.
+//!
+//! A [`Document`] is a file as it was written, every value with its [`Place`]. [`Document::read`]
+//! hands it over as a [`Section`], a table that is asked for its keys, each with a [`Rule`] that
+//! says what the value must be. What doesn't fit is collected, and so are keys that nobody asked
+//! for; the reader gets either what it made or all [`Problems`].
+//!
+//! ```
+//! use config::{Document, above, text};
+//!
+//! let file = "name = 'worm'\nmass_kgs = 2.0\nlength_m = -1\n";
+//! let problems = Document::parse("worm.toml", file)?
+//!     .read(|worm| {
+//!         let name = worm.required("name", text());
+//!         let mass = worm.required("mass_kg", above(0.0));
+//!         let length = worm.or("length_m", above(0.0), 1.0);
+//!         Some((name?, mass?, length))
+//!     })
+//!     .unwrap_err();
+//! assert_eq!(
+//!     problems.to_string(),
+//!     "worm.toml:1:1: 'mass_kg' is missing: a number above 0\n\
+//!      worm.toml:2:1: unknown key 'mass_kgs', did you mean 'mass_kg'?\n\
+//!      worm.toml:3:12: length_m must be a number above 0, got -1"
+//! );
+//! # Ok::<(), config::Problems>(())
+//! ```
+
+#![forbid(unsafe_code)]
+
+mod document;
+mod problem;
+mod rule;
+mod section;
+mod value;
+
+pub use document::{Document, LARGEST_FILE};
+pub use problem::{Place, Problem, Problems};
+pub use rule::{
+    Mismatch, Rule, above, angle_deg, at_least, flag, integer, list, number, one_of, text, vector,
+    within,
+};
+pub use section::Section;
+pub use value::{Key, Node, Value};

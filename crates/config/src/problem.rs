@@ -1,0 +1,86 @@
+//! What is wrong with a file, and where.
+
+use std::{fmt, sync::Arc};
+
+/// Where something stands: a line and a column (in characters), both from 1.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Place {
+    /// The file as the user named it, or the command-line argument.
+    pub source: Arc<str>,
+    /// 0: the source as a whole, which has no lines.
+    pub line: usize,
+    /// 0 where `line` is.
+    pub column: usize,
+}
+
+impl Place {
+    /// A source as a whole.
+    pub fn whole(source: &str) -> Self {
+        Self { source: source.into(), line: 0, column: 0 }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { source, line, column } = self;
+        match line {
+            0 => write!(formatter, "{source}"),
+            _ => write!(formatter, "{source}:{line}:{column}"),
+        }
+    }
+}
+
+/// One mistake: `place: what is wrong, what was expected, what was found`.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Problem {
+    /// Where.
+    pub place: Place,
+    /// What.
+    pub message: String,
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}: {}", self.place, self.message)
+    }
+}
+
+/// All mistakes of a file, in its order; shown one a line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problems(Vec<Problem>);
+
+impl Problems {
+    /// Puts them into the order of their places. At least one should be there.
+    pub fn new(mut problems: Vec<Problem>) -> Self {
+        problems.sort();
+        problems.dedup();
+        Self(problems)
+    }
+
+    /// A single one.
+    pub fn one(place: Place, message: impl Into<String>) -> Self {
+        Self(vec![Problem { place, message: message.into() }])
+    }
+
+    /// One by one.
+    pub fn iter(&self) -> impl Iterator<Item = &Problem> {
+        self.0.iter()
+    }
+}
+
+impl From<Problems> for Vec<Problem> {
+    fn from(problems: Problems) -> Self {
+        problems.0
+    }
+}
+
+impl fmt::Display for Problems {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, problem) in self.0.iter().enumerate() {
+            write!(formatter, "{}{problem}", if i == 0 { "" } else { "\n" })?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for Problems {}
