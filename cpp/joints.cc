@@ -22,6 +22,9 @@ namespace itarl {
 namespace {
 
 constexpr int kAngularX = 3;
+// Of a slider: stands for y and z, in whose settings Bullet makes no difference.
+constexpr int kHeldLinear = 1;
+constexpr int kHeldAngular = 4;
 constexpr int kAngularZ = 5;
 constexpr std::array<const char*, 6> kAxisNames = {"linear x",  "linear y",  "linear z",
                                                    "angular x", "angular y", "angular z"};
@@ -43,7 +46,8 @@ std::optional<btScalar> check_maybe(const Call& call, const std::string& name, c
 }
 
 CheckedAxis check_axis(const Call& call, const AxisSpec& spec, int axis, JointKind kind) {
-  const std::string name = kAxisNames[axis];
+  const bool held = kind == JointKind::Slider && axis == kHeldLinear;
+  const std::string name = held ? "held" : kAxisNames[axis];
   // Past half a turn an angle comes back from the other side; the middle one of three angles
   // only reaches a quarter.
   const double farthest = axis < 3 ? kLongestLength : axis == 4 ? SIMD_HALF_PI : SIMD_PI;
@@ -64,6 +68,9 @@ CheckedAxis check_axis(const Call& call, const AxisSpec& spec, int axis, JointKi
   to.erp = check_maybe(call, name + " stop erp", spec.stop_erp, 1);
   to.cfm = check_maybe(call, name + " stop cfm", spec.stop_cfm, kLargestNumber);
   to.bounce = check_maybe(call, name + " stop bounce", spec.stop_bounce, 1);
+  if (held && to.bounce.value_or(0) > 0) {
+    call.refuse("held stop bounce", "0: what is held doesn't move", spec.stop_bounce.value);
+  }
   if (kind == JointKind::Slider && axis < 3 && to.bounce.value_or(0) > 0) {
     call.refuse(name + " stop bounce", "0: Bullet's slider tests the wrong sign, and never bounces",
                 spec.stop_bounce.value);
@@ -116,7 +123,8 @@ std::unique_ptr<btTypedConstraint> make_slider(btRigidBody& parent, btRigidBody&
                                                const btTransform& in_parent,
                                                const btTransform& in_child,
                                                const CheckedAxis& linear,
-                                               const CheckedAxis& angular) {
+                                               const CheckedAxis& angular,
+                                               const CheckedAxis& held) {
   auto slider = std::make_unique<btSliderConstraint>(parent, child, in_parent, in_child, true);
   slider->setLowerLinLimit(linear.free ? btScalar(1) : linear.lower);
   slider->setUpperLinLimit(linear.free ? btScalar(-1) : linear.upper);
@@ -130,6 +138,11 @@ std::unique_ptr<btTypedConstraint> make_slider(btRigidBody& parent, btRigidBody&
     // What comes back, |1 - damping| of the speed, is multiplied by the softness as well.
     const btScalar softness = angular.erp ? slider_erp(*angular.erp) : btScalar(1);
     if (softness > 0) slider->setDampingLimAng(1 - *angular.bounce / softness);
+  }
+  // Not multiplied by anything.
+  for (const int axis : {kHeldLinear, kHeldAngular}) {
+    if (held.erp) slider->setParam(BT_CONSTRAINT_STOP_ERP, *held.erp, axis);
+    if (held.cfm) slider->setParam(BT_CONSTRAINT_STOP_CFM, *held.cfm, axis);
   }
   if (linear.has_motor) {
     slider->setPoweredLinMotor(true);
@@ -184,7 +197,7 @@ bool is_open(JointKind kind, int axis) {
     case JointKind::Hinge:
       return axis == kAngularZ;
     case JointKind::Slider:
-      return axis == 0 || axis == kAngularX;
+      return axis == 0 || axis == kAngularX || axis == kHeldLinear;
     case JointKind::SixDofSpring:
       return true;
     default:
@@ -321,7 +334,8 @@ JointId World::add_joint(const JointSpec& spec) {
       entry->joint = make_hinge(a, b, in_parent, in_child, axes[kAngularZ], state.time_step);
       break;
     case JointKind::Slider:
-      entry->joint = make_slider(a, b, in_parent, in_child, axes[0], axes[kAngularX]);
+      entry->joint =
+          make_slider(a, b, in_parent, in_child, axes[0], axes[kAngularX], axes[kHeldLinear]);
       break;
     case JointKind::SixDofSpring:
       entry->joint = make_six_dof(a, b, in_parent, in_child, axes);

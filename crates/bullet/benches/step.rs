@@ -235,7 +235,7 @@ fn build(world: &mut World) -> Vec<[JointId; 3]> {
         stop: Stop { erp: Some(1.0), cfm: Some(0.0), bounce: None },
         ..AxisSettings::limited(-0.4, 0.4)
     };
-    let knee = JointKind::Slider { linear: locked, angular: bend };
+    let knee = JointKind::Slider { linear: locked, angular: bend, held: Stop::BULLET };
 
     let mut add = |body: Body| world.add_body(&body).unwrap();
     add(Body { friction: 1.0, ..Body::fixed(ground, Isometry3::identity()) });

@@ -76,9 +76,10 @@ impl Joint {
                 set(Axis::AngularZ, angular);
                 ffi::JointKind::Hinge
             }
-            JointKind::Slider { linear, angular } => {
+            JointKind::Slider { linear, angular, held } => {
                 set(Axis::LinearX, linear);
                 set(Axis::AngularX, angular);
+                set(Axis::LinearY, &AxisSettings { stop: *held, ..AxisSettings::locked() });
                 ffi::JointKind::Slider
             }
             JointKind::SixDofSpring(settings) => {
@@ -114,13 +115,17 @@ pub enum JointKind {
     ///
     /// Bullet's slider takes the wrong end for the one that its rotation's motor approaches. A
     /// motor that turns away from a stop starts slowly within one step's travel of it; one that
-    /// pushes against a stop gets beyond it, by one step's travel over the stop's erp. And its
-    /// stops along x can't bounce: Bullet tests the wrong sign.
+    /// pushes against a stop gets beyond it, by one step's travel over the stop's erp. Its stops
+    /// along x can't bounce: Bullet tests the wrong sign. And what is locked is let go in a step
+    /// that begins without any error at all; a range without a length elsewhere than at 0 makes
+    /// that rare.
     Slider {
         /// Along x.
         linear: AxisSettings,
         /// About x.
         angular: AxisSettings,
+        /// How the other four axes are held. By itself with the world's settings.
+        held: Stop,
     },
     /// Each axis by itself, in the order of [`Axis`] (`btGeneric6DofSpring2Constraint`). The
     /// rotation about y must stay within a quarter turn.
@@ -201,7 +206,7 @@ pub enum Range {
     },
 }
 
-/// What happens at the ends of a range. None: what Bullet's class does by itself.
+/// What happens at the ends of a range, or to what is held. None: what Bullet's class does by itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
     /// Share of the overshoot that a step takes back, 0 to 1. By itself: the world's `joint_erp`,

@@ -185,7 +185,11 @@ impl Chain {
             stop: Stop { erp: Some(0.25), cfm: Some(0.001), bounce: None },
             ..AxisSettings::limited(-0.05, 0.08)
         };
-        let slider = JointKind::Slider { linear: thrust, angular: AxisSettings::locked() };
+        let slider = JointKind::Slider {
+            linear: thrust,
+            angular: AxisSettings::locked(),
+            held: Stop::BULLET,
+        };
         let piston = join(slider, 3, at(BEHIND), at(BEFORE));
 
         let bend = AxisSettings {
@@ -193,7 +197,8 @@ impl Chain {
             stop: Stop { erp: Some(1.0), cfm: Some(0.0), bounce: None },
             ..AxisSettings::limited(-0.5, 0.9)
         };
-        let slider = JointKind::Slider { linear: AxisSettings::locked(), angular: bend };
+        let held = Stop { erp: Some(0.6), cfm: Some(0.0005), bounce: None };
+        let slider = JointKind::Slider { linear: AxisSettings::locked(), angular: bend, held };
         let knee = join(slider, 4, pose(BEHIND, X_TO_Z), pose(BEFORE, X_TO_Z));
 
         let hip = JointKind::SixDofSpring(Box::new([

@@ -204,15 +204,18 @@ fn axis_settings(springs: bool) -> impl Strategy<Value = AxisSettings> {
         [number(-1.0..0.2), number(-0.2..1.0)]
             .prop_map(|[lower, upper]| Range::Limited { lower, upper }),
     ];
-    let maybe = || option::weighted(0.3, number(0.0..1.0));
-    let stop = (maybe(), maybe(), maybe()).prop_map(|(erp, cfm, bounce)| Stop { erp, cfm, bounce });
     let motor = [number(-10.0..10.0), number(0.0..100.0)]
         .prop_map(|[target_velocity, max_force]| Motor { target_velocity, max_force });
     let spring = [number(0.0..100.0), number(0.0..10.0), number(-1.0..1.0)]
         .prop_map(|[stiffness, damping, equilibrium]| Spring { stiffness, damping, equilibrium });
     let spring = option::weighted(if springs { 0.3 } else { 0.01 }, spring);
-    (range, stop, option::weighted(0.5, motor), spring)
+    (range, stop(), option::weighted(0.5, motor), spring)
         .prop_map(|(range, stop, motor, spring)| AxisSettings { range, stop, motor, spring })
+}
+
+fn stop() -> impl Strategy<Value = Stop> {
+    let maybe = || option::weighted(0.3, number(0.0..1.0));
+    (maybe(), maybe(), maybe()).prop_map(|(erp, cfm, bounce)| Stop { erp, cfm, bounce })
 }
 
 fn joint() -> impl Strategy<Value = Joint> {
@@ -221,8 +224,8 @@ fn joint() -> impl Strategy<Value = Joint> {
         Just(JointKind::Fixed),
         Just(JointKind::PointToPoint),
         axis_settings(false).prop_map(JointKind::Hinge),
-        (axis_settings(false), axis_settings(false))
-            .prop_map(|(linear, angular)| JointKind::Slider { linear, angular }),
+        (axis_settings(false), axis_settings(false), stop())
+            .prop_map(|(linear, angular, held)| JointKind::Slider { linear, angular, held }),
         [six(), six(), six(), six(), six(), six()]
             .prop_map(|axes| JointKind::SixDofSpring(Box::new(axes))),
     ];
@@ -370,7 +373,7 @@ fn build(world: &mut World) -> Result<(), Error> {
         JointKind::Fixed,
         JointKind::PointToPoint,
         JointKind::Hinge(driven),
-        JointKind::Slider { linear: driven, angular: driven },
+        JointKind::Slider { linear: driven, angular: driven, held: Stop::BULLET },
         JointKind::SixDofSpring(Box::new([driven; 6])),
     ];
     for (i, kind) in kinds.into_iter().enumerate() {

@@ -40,8 +40,12 @@ fn kind((class, axis): (Class, Axis), settings: AxisSettings) -> JointKind {
     let locked = AxisSettings::locked();
     match (class, axis) {
         (Class::Hinge, _) => JointKind::Hinge(settings),
-        (Class::Slider, Axis::LinearX) => JointKind::Slider { linear: settings, angular: locked },
-        (Class::Slider, _) => JointKind::Slider { linear: locked, angular: settings },
+        (Class::Slider, Axis::LinearX) => {
+            JointKind::Slider { linear: settings, angular: locked, held: Stop::BULLET }
+        }
+        (Class::Slider, _) => {
+            JointKind::Slider { linear: locked, angular: settings, held: Stop::BULLET }
+        }
         (Class::SixDof, _) => {
             let mut axes = [locked; 6];
             axes[axis.index()] = settings;
@@ -191,7 +195,10 @@ fn the_position_is_the_childs_frame_seen_from_the_parents() {
         (six_free.clone(), [-0.1, 0.2, 0.5, -3.0, 1.5, -2.9]),
         (JointKind::Fixed, [0.01, -0.02, 0.03, 0.04, -0.05, 0.06]),
         (JointKind::PointToPoint, [0.0, 0.0, 0.0, 0.9, 0.8, -0.7]),
-        (JointKind::Slider { linear: free, angular: free }, [0.3, 0.0, 0.0, -2.0, 0.0, 0.0]),
+        (
+            JointKind::Slider { linear: free, angular: free, held: Stop::BULLET },
+            [0.3, 0.0, 0.0, -2.0, 0.0, 0.0],
+        ),
     ];
     for value in [-3.1, -1.5, -0.2, 0.2, 1.5, 3.1] {
         for (class, axis) in DRIVEN {
@@ -237,7 +244,10 @@ fn the_velocity_is_the_rate_of_the_position_while_both_bodies_move() {
         // Far from 0 in all three angles, where their rates and the spin differ.
         (JointKind::PointToPoint, [0.0, 0.0, 0.0, 0.5, 0.9, -0.4]),
         (JointKind::SixDofSpring(Box::new([free; 6])), [0.1, -0.2, 0.3, 0.5, 0.9, -0.4]),
-        (JointKind::Slider { linear: free, angular: free }, [0.3, 0.0, 0.0, 0.5, 0.0, 0.0]),
+        (
+            JointKind::Slider { linear: free, angular: free, held: Stop::BULLET },
+            [0.3, 0.0, 0.0, 0.5, 0.0, 0.0],
+        ),
     ];
     kinds.extend(DRIVEN.map(|driven| (kind(driven, free), [0.0; 6])));
     for (kind, start) in kinds {
@@ -391,6 +401,25 @@ fn stop_erp_is_the_share_of_the_overshoot_that_a_step_takes_back() {
                 let tolerance = 16.0 * EPS / beyond;
                 assert_near(&format!("{driven:?} at {end}"), left, 1.0 - erp, tolerance);
             }
+        }
+    }
+}
+
+/// Bullet takes the sine of an angle for its error.
+#[test]
+fn held_erp_is_the_share_of_an_error_that_a_step_takes_back() {
+    let error: f64 = 0.02;
+    for axis in [Axis::LinearY, Axis::LinearZ, Axis::AngularY, Axis::AngularZ] {
+        for (erp, share) in [(Some(1.0), 1.0), (Some(0.5), 0.5), (Some(0.0), 0.0), (None, 0.2)] {
+            let held = Stop { erp, ..Stop::BULLET };
+            let locked = AxisSettings::locked();
+            let slider = JointKind::Slider { linear: locked, angular: locked, held };
+            let mut pair = Pair::centred(slider, along(axis, error));
+            pair.steps(1);
+            let left = pair.state().position_of(axis) / error;
+            let sine = if is_angular(axis) { error * error / 6.0 } else { 0.0 };
+            let tolerance = 16.0 * EPS / error + sine;
+            assert_near(&format!("{axis:?}, erp {erp:?}"), left, 1.0 - share, tolerance);
         }
     }
 }

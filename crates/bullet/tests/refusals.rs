@@ -456,8 +456,22 @@ fn open_axes() -> Vec<(&'static str, WithAxis)> {
     let locked = AxisSettings::locked();
     let mut axes: Vec<(_, WithAxis)> = vec![
         ("angular z", Box::new(JointKind::Hinge)),
-        ("linear x", Box::new(move |linear| JointKind::Slider { linear, angular: locked })),
-        ("angular x", Box::new(move |angular| JointKind::Slider { linear: locked, angular })),
+        (
+            "linear x",
+            Box::new(move |linear| JointKind::Slider {
+                linear,
+                angular: locked,
+                held: Stop::BULLET,
+            }),
+        ),
+        (
+            "angular x",
+            Box::new(move |angular| JointKind::Slider {
+                linear: locked,
+                angular,
+                held: Stop::BULLET,
+            }),
+        ),
     ];
     let names = ["linear x", "linear y", "linear z", "angular x", "angular y", "angular z"];
     for (i, name) in names.into_iter().enumerate() {

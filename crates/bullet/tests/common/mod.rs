@@ -159,10 +159,11 @@ fn build_chain(world: &mut World) -> Vec<(JointId, Axis)> {
         JointKind::Fixed,
         JointKind::Hinge(driven),
         JointKind::PointToPoint,
-        JointKind::Slider { linear: locked, angular: driven },
+        JointKind::Slider { linear: locked, angular: driven, held: Stop::BULLET },
         JointKind::Slider {
             linear: AxisSettings { motor, ..AxisSettings::limited(-0.05, 0.05) },
             angular: locked,
+            held: stop,
         },
         JointKind::SixDofSpring(Box::new([locked, locked, locked, driven, locked, sprung])),
     ];

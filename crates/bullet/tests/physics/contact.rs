@@ -1,8 +1,8 @@
 //! Friction, restitution, rolling, collisions, resting, sleeping.
 
 use bullet::{
-    AxisSettings, Body, BodyId, CollisionFilter, Joint, JointKind, Lengthwise, Push, Shape, World,
-    WorldSettings,
+    AxisSettings, Body, BodyId, CollisionFilter, Joint, JointKind, Lengthwise, Push, Shape, Stop,
+    World, WorldSettings,
 };
 use nalgebra::{Isometry3, Point3, Vector3};
 
@@ -268,8 +268,11 @@ fn jointed_bodies_collide_only_if_told_to() {
         let (left, right) = (at(0.0, 0.0, 0.0), at(0.5, 0.0, 0.0));
         let parent = world.add_body(&Body::fixed(shape, left)).unwrap();
         let child = world.add_body(&Body::dynamic(shape, 1.0, right)).unwrap();
-        let rail =
-            JointKind::Slider { linear: AxisSettings::free(), angular: AxisSettings::locked() };
+        let rail = JointKind::Slider {
+            linear: AxisSettings::free(),
+            angular: AxisSettings::locked(),
+            held: Stop::BULLET,
+        };
         let joint =
             Joint { collide_connected, ..Joint::at(&left, rail, (parent, &left), (child, &right)) };
         world.add_joint(&joint).unwrap();

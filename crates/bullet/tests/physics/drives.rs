@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use bullet::{
-    Axis, AxisSettings, Body, Joint, JointId, JointKind, Motor, MotorCommand, Spring, World,
+    Axis, AxisSettings, Body, Joint, JointId, JointKind, Motor, MotorCommand, Spring, Stop, World,
 };
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
@@ -16,10 +16,16 @@ fn driven(axis: Axis, class: &str, motor: Motor) -> (JointKind, Axis) {
     let settings = AxisSettings { motor: Some(motor), ..AxisSettings::free() };
     let kind = match (class, axis) {
         ("hinge", _) => JointKind::Hinge(settings),
-        ("slider", Axis::LinearX) => {
-            JointKind::Slider { linear: settings, angular: AxisSettings::locked() }
-        }
-        ("slider", _) => JointKind::Slider { linear: AxisSettings::locked(), angular: settings },
+        ("slider", Axis::LinearX) => JointKind::Slider {
+            linear: settings,
+            angular: AxisSettings::locked(),
+            held: Stop::BULLET,
+        },
+        ("slider", _) => JointKind::Slider {
+            linear: AxisSettings::locked(),
+            angular: settings,
+            held: Stop::BULLET,
+        },
         _ => {
             let mut axes = [AxisSettings::locked(); 6];
             axes[axis.index()] = settings;

@@ -122,6 +122,10 @@ struct Chain : PlainWorld {
     knee->setUpperAngLimit(num(0.9));
     knee->setParam(BT_CONSTRAINT_STOP_ERP, num(1), 3);
     knee->setParam(BT_CONSTRAINT_STOP_CFM, num(0), 3);
+    for (const int axis : {1, 4}) {  // what it holds: along y and z, about y and z
+      knee->setParam(BT_CONSTRAINT_STOP_ERP, num(0.6), axis);
+      knee->setParam(BT_CONSTRAINT_STOP_CFM, num(0.0005), axis);
+    }
     knee->setPoweredAngMotor(true);
     knee->setMaxAngMotorForce(num(2.5));
     join(knee);
