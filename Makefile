@@ -6,32 +6,40 @@ PACKAGES := g++ pkg-config libbullet-dev libclang-dev
 ASAN_SEQUENCES ?= 5000
 VALGRIND_SEQUENCES ?= 1500
 
-.PHONY: help demo test lint bench asan valgrind setup
+.PHONY: help demo test crash-test lint bench asan valgrind setup
 
 help:
-	@echo "make demo      what the physics and the learning can do, in the terminal"
+	@echo "make demo      train Svenja for some minutes, and show what came out"
 	@echo "make test      all tests, with Bullet in single and double precision"
+	@echo "make crash-test  training killed at 200 random moments"
 	@echo "make lint      formatting and clippy, as strict as CI"
 	@echo "make bench     what things cost, beside plain code that does the same"
 	@echo "make asan      fuzzing with the C++ shim under AddressSanitizer"
 	@echo "make valgrind  the bullet crate's tests under valgrind"
 
+# The program first, so that its build doesn't run into its progress bars.
 demo: setup
-	cargo run --release -p bullet --example falling_box
-	cargo run --release -p bullet --example pendulum
-	cargo run --release -p crbm --example learn
-	cargo run --release -p gpomdp --example chain
-	cargo run --release -p infotheory --example logistic
+	cargo build --release --bin itarl
+	@code=0; target/release/itarl train experiments/quick.toml --out runs/quick || code=$$?; \
+	  test $$code -eq 75 && echo "stopped; the same command goes on"; exit $$code
+	target/release/itarl summary runs/quick
+	@echo "results: runs/quick (docs/run-folders.md); next: itarl rollout runs/quick/cells/xi=0.75/seed=1"
 
 test: setup
 	cargo test --workspace
 	cargo test -p bullet --features float64
+	cargo test -p svenja --no-default-features
 	cargo test --release -p crbm -p gpomdp -p infotheory
+
+# Killed at 200 random moments, and the same bytes in the end.
+crash-test: setup
+	CRASHES=200 cargo test --release -p runner --test crash
 
 lint: setup
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets -- -D warnings
 	cargo clippy -p bullet --all-targets --features float64 -- -D warnings
+	cargo clippy -p svenja --all-targets --no-default-features -- -D warnings
 
 bench: setup
 	cargo bench --workspace

@@ -4,7 +4,10 @@ use std::{fs::File, io::Read, path::Path};
 
 use toml::de::{DeTable, DeValue};
 
-use crate::{Key, Node, Place, Problem, Problems, Section, Value, value::Lines};
+use crate::{
+    Key, Node, Place, Problem, Problems, Section, Value, shown,
+    value::{DEEPEST, Lines, TOO_DEEP},
+};
 
 /// Bytes that a file may have: thousands of times what a model or an experiment takes.
 pub const LARGEST_FILE: u64 = 1 << 20;
@@ -40,51 +43,67 @@ impl Document {
 
     /// Parses a text; problems name it `source`.
     pub fn parse(source: &str, text: &str) -> Result<Self, Problems> {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let lines = Lines::new(source, text);
         let (table, errors) = DeTable::parse_recoverable(text);
-        let mut problems: Vec<_> = errors
-            .into_iter()
-            .map(|error| Problem {
-                place: lines.place(error.span().map_or(0, |span| span.start)),
-                message: format!("not TOML: {}", error.message()),
-            })
-            .collect();
-        let entries = lines.entries(table.get_ref(), &mut problems);
+        let mut problems: Vec<_> =
+            errors.iter().map(|error| not_toml(error, &lines, text)).collect();
         if !problems.is_empty() {
+            // What the parser stumbles over further on in a line mostly follows from the first.
+            problems.sort();
+            problems.dedup_by_key(|problem| problem.place.line);
             return Err(Problems::new(problems));
         }
-        Ok(Self { root: Node { place: lines.place(0), value: Value::Table(entries) } })
+        let root = lines.root(table.get_ref(), &mut problems);
+        if problems.is_empty() { Ok(Self { root }) } else { Err(Problems::new(problems)) }
     }
 
     /// Overrides one value, as in `learning.rate=0.3`: a key path, an equals sign and a value in
     /// TOML. Later problems with it name `source` and this text.
     pub fn set(&mut self, source: &str, assignment: &str) -> Result<(), Problems> {
         let place = Place::whole(&format!("{source} {assignment}"));
-        let malformed = |what: &str| {
-            Problems::one(place.clone(), format!("{what} expected, as in --set learning.rate=0.3"))
+        let (path, text) = match assignment.split_once('=') {
+            Some((path, text)) if path.split('.').all(|name| !name.trim().is_empty()) => {
+                (path, text.trim())
+            }
+            _ => {
+                let message = format!("key=value expected, as in {source} learning.rate=0.3");
+                return Err(Problems::one(place, message));
+            }
         };
-        let (path, text) = assignment.split_once('=').ok_or_else(|| malformed("key=value"))?;
-        let value = DeValue::parse(text.trim()).map_err(|error| {
-            let message = format!("a value in TOML expected ({}), got {text}", error.message());
+        let value = DeValue::parse(text).map_err(|error| {
+            let message = format!(
+                "a value in TOML expected (a text in quotes), got {}: {}",
+                shown(text),
+                error.message()
+            );
             Problems::one(place.clone(), message)
         })?;
         let mut problems = Vec::new();
-        let mut node = Lines::new(&place.source, text.trim()).node(&value, &mut problems);
+        let mut node = Lines::new(source, text).value(&value, &mut problems);
         if !problems.is_empty() {
+            problems.iter_mut().for_each(|problem| problem.place = place.clone());
             return Err(Problems::new(problems));
         }
         move_to(&mut node, &place);
-        self.replace(path.trim(), node)
+        self.replace(path, &place, node)
     }
 
-    /// Puts a value at a path of keys with dots between, in place of what stood there.
-    pub fn replace(&mut self, path: &str, node: Node) -> Result<(), Problems> {
-        let names: Vec<&str> = path.split('.').collect();
-        match slot(&mut self.root, &names, &node.place) {
+    /// Puts a value at a path of keys with dots between, in place of what stood there. Keys that
+    /// aren't there yet are made, at `place`.
+    ///
+    /// # Errors
+    /// A path through something that isn't a table, or of more keys than tables may lie in each other.
+    pub fn replace(&mut self, path: &str, place: &Place, node: Node) -> Result<(), Problems> {
+        let names: Vec<&str> = path.split('.').map(str::trim).collect();
+        if names.len() > DEEPEST {
+            return Err(Problems::one(place.clone(), TOO_DEEP));
+        }
+        match slot(&mut self.root, &names, place) {
             Some(slot) => *slot = node,
             None => {
-                let message = format!("{path} lies within something that isn't a table");
-                return Err(Problems::one(node.place, message));
+                let message = format!("{} lies within something that isn't a table", shown(path));
+                return Err(Problems::one(place.clone(), message));
             }
         }
         Ok(())
@@ -118,6 +137,20 @@ impl Document {
             _ => None,
         })
     }
+}
+
+fn not_toml(error: &toml::de::Error, lines: &Lines, text: &str) -> Problem {
+    let span = error.span().unwrap_or_default();
+    let message = match (error.message(), text.get(span.clone()).unwrap_or_default()) {
+        (message, _) if message.contains("recurs") => TOO_DEEP.into(),
+        // The parser takes nothing for a text without quotes.
+        (message, "") if message.starts_with("string values must be quoted") => {
+            "not TOML: a value expected, got nothing".into()
+        }
+        (message, "") => format!("not TOML: {message}"),
+        (message, found) => format!("not TOML: {message}, got `{}`", shown(found)),
+    };
+    Problem { place: lines.place(span.start), message }
 }
 
 /// What stands at a path, with tables and an empty one in the end made where nothing does.

@@ -35,10 +35,10 @@ mod section;
 mod value;
 
 pub use document::{Document, LARGEST_FILE};
-pub use problem::{Place, Problem, Problems};
+pub use problem::{MOST_PROBLEMS, Place, Problem, Problems};
 pub use rule::{
-    Mismatch, Rule, above, angle_deg, at_least, flag, integer, list, number, one_of, text, vector,
-    within,
+    Mismatch, Placed, Rule, above, angle_deg, at_least, flag, integer, list, name, number, one_of,
+    placed, text, vector, within,
 };
-pub use section::Section;
-pub use value::{Key, Node, Value};
+pub use section::{Section, suggestion};
+pub use value::{Key, Node, Value, shown};

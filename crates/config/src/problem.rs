@@ -2,6 +2,9 @@
 
 use std::{fmt, sync::Arc};
 
+/// Problems that are kept of one file: enough to see what is wrong, and nonsense may make a million.
+pub const MOST_PROBLEMS: usize = 100;
+
 /// Where something stands: a line and a column (in characters), both from 1.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Place {
@@ -15,6 +18,7 @@ pub struct Place {
 
 impl Place {
     /// A source as a whole.
+    #[must_use]
     pub fn whole(source: &str) -> Self {
         Self { source: source.into(), line: 0, column: 0 }
     }
@@ -45,19 +49,31 @@ impl fmt::Display for Problem {
     }
 }
 
-/// All mistakes of a file, in its order; shown one a line.
+/// The mistakes of a file, in its order; shown one a line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problems(Vec<Problem>);
 
 impl Problems {
-    /// Puts them into the order of their places. At least one should be there.
+    /// Puts them into the order of their places, and leaves out those beyond [`MOST_PROBLEMS`], with
+    /// a first line that says so. At least one should be there.
+    #[must_use]
     pub fn new(mut problems: Vec<Problem>) -> Self {
         problems.sort();
         problems.dedup();
+        // Problems of several readings may have been put together.
+        let message = format!("more than {MOST_PROBLEMS} problems, among them:");
+        let had_more = problems.iter().any(|problem| problem.message == message);
+        problems.retain(|problem| problem.message != message);
+        if (had_more || problems.len() > MOST_PROBLEMS) && !problems.is_empty() {
+            problems.truncate(MOST_PROBLEMS);
+            let place = Place::whole(&problems[0].place.source);
+            problems.insert(0, Problem { place, message });
+        }
         Self(problems)
     }
 
     /// A single one.
+    #[must_use]
     pub fn one(place: Place, message: impl Into<String>) -> Self {
         Self(vec![Problem { place, message: message.into() }])
     }

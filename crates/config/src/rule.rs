@@ -1,6 +1,6 @@
 //! What a value must be, in words and in code.
 
-use crate::{Node, Place, Value, section::advice};
+use crate::{Node, Place, Value, suggestion};
 
 /// Turns a value into what the reader needs, or says what it should have been.
 pub trait Rule {
@@ -42,6 +42,7 @@ pub struct Mismatch {
 pub struct Number {
     low: f64,
     high: f64,
+    /// Whether it must be above `low`.
     open: bool,
 }
 
@@ -65,6 +66,14 @@ pub fn within(low: f64, high: f64) -> Number {
     Number { low, high, open: false }
 }
 
+impl Number {
+    /// With an upper bound, which it may reach.
+    #[must_use]
+    pub fn up_to(self, high: f64) -> Self {
+        Self { high, ..self }
+    }
+}
+
 impl Rule for Number {
     type Out = f64;
 
@@ -72,9 +81,10 @@ impl Rule for Number {
         let Self { low, high, open } = self;
         match (*low == f64::MIN, *high == f64::MAX) {
             (true, true) => "a finite number".into(),
-            (false, true) if *open => format!("a number above {low}"),
-            (false, true) => format!("a number of at least {low}"),
-            _ => format!("a number from {low} to {high}"),
+            (false, true) if *open => format!("a number above {}", bound(*low)),
+            (false, true) => format!("a number of at least {}", bound(*low)),
+            _ if *open => format!("a number above {}, up to {}", bound(*low), bound(*high)),
+            _ => format!("a number from {} to {}", bound(*low), bound(*high)),
         }
     }
 
@@ -87,6 +97,14 @@ impl Rule for Number {
         // NaN fits nowhere.
         let fits = value >= self.low && value <= self.high && !(self.open && value == self.low);
         if fits { Ok(value) } else { Err(self.refuse(node)) }
+    }
+}
+
+/// Without a row of zeros to count.
+fn bound(value: f64) -> String {
+    match value.abs() {
+        size if size != 0.0 && !(1e-4..1e6).contains(&size) => format!("{value:e}"),
+        _ => value.to_string(),
     }
 }
 
@@ -183,7 +201,52 @@ impl Rule for Text {
 
     fn take(&self, node: &Node) -> Result<String, Mismatch> {
         match &node.value {
-            Value::Text(text) if !text.trim().is_empty() => Ok(text.clone()),
+            Value::Text(text) if text.trim().is_empty() => {
+                Err(Mismatch { expected: "a text that isn't empty".into(), ..self.refuse(node) })
+            }
+            Value::Text(text) => Ok(text.clone()),
+            _ => Err(self.refuse(node)),
+        }
+    }
+}
+
+/// What a thing is called.
+#[derive(Clone, Copy, Debug)]
+pub struct Name;
+
+/// Characters of a name at most: it's on one line of a message with something else.
+const LONGEST_NAME: usize = 60;
+
+/// A text that can be part of a message and of a path.
+pub fn name() -> Name {
+    Name
+}
+
+impl Name {
+    /// What a name looks like.
+    pub(crate) fn form() -> String {
+        format!("1 to {LONGEST_NAME} characters on one line, without /")
+    }
+
+    /// Whether a text is a name.
+    pub(crate) fn fits(text: &str) -> bool {
+        !text.trim().is_empty()
+            && text.chars().count() <= LONGEST_NAME
+            && !text.chars().any(|character| character.is_control() || character == '/')
+    }
+}
+
+impl Rule for Name {
+    type Out = String;
+
+    fn expected(&self) -> String {
+        "a name".into()
+    }
+
+    fn take(&self, node: &Node) -> Result<String, Mismatch> {
+        match &node.value {
+            Value::Text(text) if Self::fits(text) => Ok(text.clone()),
+            Value::Text(_) => Err(Mismatch { expected: Self::form(), ..self.refuse(node) }),
             _ => Err(self.refuse(node)),
         }
     }
@@ -212,10 +275,7 @@ impl<T: Clone> Rule for OneOf<'_, T> {
             return Ok(meaning.clone());
         }
         let mut mismatch = self.refuse(node);
-        let advice = advice(text, self.0.iter().map(|(word, _)| *word));
-        if advice.contains("did you mean") {
-            mismatch.found += &advice;
-        }
+        mismatch.found += &suggestion(text, self.0.iter().map(|(word, _)| *word));
         Err(mismatch)
     }
 }
@@ -269,6 +329,36 @@ impl<R: Rule, const N: usize> Rule for Vector<R, N> {
             _ => return Err(self.refuse(node)),
         }
         List(&self.0).take(node)?.try_into().map_err(|_| self.refuse(node))
+    }
+}
+
+/// A value that keeps its place, for checks that need more than the value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Placed<T> {
+    /// What the rule made of it.
+    pub value: T,
+    /// Where it stands.
+    pub place: Place,
+}
+
+/// Keeps the place of what fits another rule.
+#[derive(Clone, Copy, Debug)]
+pub struct WithPlace<R>(R);
+
+/// A value that fits another rule, with its place.
+pub fn placed<R: Rule>(rule: R) -> WithPlace<R> {
+    WithPlace(rule)
+}
+
+impl<R: Rule> Rule for WithPlace<R> {
+    type Out = Placed<R::Out>;
+
+    fn expected(&self) -> String {
+        self.0.expected()
+    }
+
+    fn take(&self, node: &Node) -> Result<Self::Out, Mismatch> {
+        self.0.take(node).map(|value| Placed { value, place: node.place.clone() })
     }
 }
 

@@ -2,10 +2,15 @@
 
 use std::cell::RefCell;
 
-use crate::{Key, Mismatch, Node, Place, Problem, Problems, Rule, Value};
+use crate::{
+    Key, MOST_PROBLEMS, Mismatch, Node, Place, Problem, Problems, Rule, Value, rule::Name,
+};
 
 /// Keys more alike than this (0 to 1, Jaro-Winkler) are taken for misspellings.
 const ALIKE: f64 = 0.8;
+
+/// Bytes; longer texts aren't misspelt names.
+const LONGEST_COMPARED: usize = 256;
 
 /// A table being read. Problems are collected; what was asked for is known.
 pub struct Section<'a> {
@@ -14,6 +19,7 @@ pub struct Section<'a> {
     /// What messages about it begin with: `joint 'knee': `.
     subject: String,
     asked: Vec<String>,
+    accepts_all: bool,
     problems: &'a RefCell<Vec<Problem>>,
 }
 
@@ -40,26 +46,43 @@ impl<'a> Section<'a> {
     ) -> Option<T> {
         let Value::Table(entries) = &node.value else { return None };
         let place = node.place.clone();
-        let mut section = Section { entries, place, subject, asked: Vec::new(), problems };
+        let (asked, accepts_all) = (Vec::new(), false);
+        let mut section = Section { entries, place, subject, asked, accepts_all, problems };
         let made = reader(&mut section);
-        section.refuse_unknown_keys();
+        if !section.accepts_all {
+            section.refuse_unknown_keys();
+        }
         made
     }
 
     fn refuse_unknown_keys(&self) {
         for (key, _) in self.entries {
+            if self.has_enough() {
+                break;
+            }
             if !self.asked.contains(&key.name) {
                 let advice = advice(&key.name, self.asked.iter().map(String::as_str));
-                self.complain(&key.place, format!("unknown key '{}'{advice}", key.name));
+                self.complain(&key.place, format!("unknown key '{key}'{advice}"));
             }
         }
     }
 
+    /// One more problem than is shown tells that there are more.
+    fn has_enough(&self) -> bool {
+        self.problems.borrow().len() > MOST_PROBLEMS
+    }
+
+    /// What stands at a key.
+    fn node(&self, key: &str) -> Option<&'a Node> {
+        self.entries.iter().find(|(found, _)| found.name == key).map(|(_, node)| node)
+    }
+
+    /// What stands at a key, which is known from now on.
     fn find(&mut self, key: &str) -> Option<&'a Node> {
         if !self.asked.iter().any(|asked| asked == key) {
             self.asked.push(key.into());
         }
-        self.entries.iter().find(|(found, _)| found.name == key).map(|(_, node)| node)
+        self.node(key)
     }
 
     /// What messages about this table begin with from now on, as in `joint 'knee'`.
@@ -74,25 +97,49 @@ impl<'a> Section<'a> {
 
     /// Where a key's value stands, or the table if there is none.
     pub fn place_of(&self, key: &str) -> Place {
-        let entry = self.entries.iter().find(|(found, _)| found.name == key);
-        entry.map_or(&self.place, |(_, node)| &node.place).clone()
+        self.node(key).map_or(&self.place, |node| &node.place).clone()
     }
 
     /// Whether a key is given.
     pub fn has(&self, key: &str) -> bool {
-        self.entries.iter().any(|(found, _)| found.name == key)
+        self.node(key).is_some()
+    }
+
+    /// How many items a key's list or table has as it is written, those that don't fit among them;
+    /// 0 for anything else. The key counts as asked for.
+    pub fn count(&mut self, key: &str) -> usize {
+        match self.find(key).map(|node| &node.value) {
+            Some(Value::List(items)) => items.len(),
+            Some(Value::Table(entries)) => entries.len(),
+            _ => 0,
+        }
+    }
+
+    /// Takes all keys for known: where it can't be told which of them are.
+    pub fn accept_all(&mut self) {
+        self.accepts_all = true;
     }
 
     /// Adds a problem.
     pub fn complain(&self, place: &Place, message: impl AsRef<str>) {
-        let message = format!("{}{}", self.subject, message.as_ref());
-        self.problems.borrow_mut().push(Problem { place: place.clone(), message });
+        if !self.has_enough() {
+            let message = format!("{}{}", self.subject, message.as_ref());
+            self.problems.borrow_mut().push(Problem { place: place.clone(), message });
+        }
     }
 
     /// Adds the problem that a key's value doesn't fit for a reason that no rule can see.
     pub fn refuse(&self, key: &str, expected: &str, found: impl std::fmt::Display) {
         let message = format!("{key} must be {expected}, got {found}");
         self.complain(&self.place_of(key), message);
+    }
+
+    /// Likewise, with the value as it's written for what was found.
+    pub fn refuse_value(&self, key: &str, expected: &str) {
+        match self.node(key) {
+            Some(node) => self.refuse(key, expected, &node.value),
+            None => self.refuse(key, expected, "nothing"),
+        }
     }
 
     /// A value that must be there; None if it isn't or doesn't fit, which is then a problem.
@@ -164,7 +211,8 @@ impl<'a> Section<'a> {
     ) -> Vec<T> {
         let Some(node) = self.find(key) else { return Vec::new() };
         let Value::List(items) = &node.value else {
-            let message = format!("{key} must be a list of tables, got {}", node.value);
+            let expected = "a list of tables, [{ ... }] or [[...]]";
+            let message = format!("{key} must be {expected}, got {}", node.value);
             self.complain(&node.place, message);
             return Vec::new();
         };
@@ -192,8 +240,11 @@ impl<'a> Section<'a> {
         let Value::Table(entries) = &node.value else { return Vec::new() };
         let mut made = Vec::new();
         for (name, node) in entries {
-            let path = format!("{key}.{}", name.name);
-            if self.expect_table(&path, node) {
+            let path = format!("{key}.{name}");
+            if !Name::fits(&name.name) {
+                let message = format!("{key}.NAME must be {}, got \"{name}\"", Name::form());
+                self.complain(&name.place, message);
+            } else if self.expect_table(&path, node) {
                 let subject = format!("{}{path}: ", self.subject);
                 let read = |section: &mut Section<'_>| reader(name, section);
                 made.extend(Section::read(node, subject, self.problems, read));
@@ -216,15 +267,29 @@ impl<'a> Section<'a> {
 }
 
 /// `, did you mean 'x'?`, or the list of what there is if nothing is alike.
-pub(crate) fn advice<'a>(found: &str, known: impl Iterator<Item = &'a str> + Clone) -> String {
-    let likeness = |name: &str| strsim::jaro_winkler(found, name);
-    let best = known.clone().max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
-    match best {
-        Some(best) if likeness(best) >= ALIKE => format!(", did you mean '{best}'?"),
-        Some(_) => {
-            let names: Vec<_> = known.map(|name| format!("'{name}'")).collect();
-            format!(", expected one of {}", names.join(", "))
-        }
-        None => ", expected none".into(),
+fn advice<'a>(found: &str, known: impl Iterator<Item = &'a str> + Clone) -> String {
+    let suggestion = suggestion(found, known.clone());
+    if !suggestion.is_empty() {
+        return suggestion;
     }
+    let names: Vec<_> = known.map(|name| format!("'{name}'")).collect();
+    match names.len() {
+        0 => ", expected none".into(),
+        1 => format!(", expected {}", names[0]),
+        _ => format!(", expected one of {}", names.join(", ")),
+    }
+}
+
+/// `, did you mean 'x'?`, or nothing if nothing is alike.
+#[must_use]
+pub fn suggestion<'a>(found: &str, known: impl Iterator<Item = &'a str>) -> String {
+    // Comparing takes the time of both lengths' product.
+    if found.len() > LONGEST_COMPARED {
+        return String::new();
+    }
+    known
+        .map(|name| (strsim::jaro_winkler(found, name), name))
+        .filter(|(likeness, _)| *likeness >= ALIKE)
+        .max_by(|(a, _), (b, _)| a.total_cmp(b))
+        .map_or_else(String::new, |(_, name)| format!(", did you mean '{name}'?"))
 }

@@ -2,7 +2,10 @@
 
 use std::{fmt, sync::Arc};
 
-use toml::de::DeValue;
+use toml::{
+    Spanned,
+    de::{DeTable, DeValue},
+};
 
 use crate::{Place, Problem};
 
@@ -24,6 +27,13 @@ pub struct Key {
     pub name: String,
 }
 
+/// As error messages show it.
+impl fmt::Display for Key {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&shown(&self.name))
+    }
+}
+
 /// TOML's types.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
@@ -43,14 +53,31 @@ pub enum Value {
     Table(Vec<(Key, Node)>),
 }
 
-/// As an error message shows it: short, in TOML's spelling.
+/// Levels that tables and lists may lie in each other. Dotted keys in inline tables would take the
+/// TOML parser's own limit of 80 to thousands, too many for what goes down them call by call.
+pub(crate) const DEEPEST: usize = 32;
+pub(crate) const TOO_DEEP: &str =
+    "at most 32 tables and lists within each other expected, got more";
+
+/// Characters of a text that a message shows.
+const SHOWN: usize = 60;
+
+/// A text as error messages show it: on one line, and not all of a long one.
+#[must_use]
+pub fn shown(text: &str) -> String {
+    let (head, more) = match text.char_indices().nth(SHOWN) {
+        Some((end, _)) => (&text[..end], "..."),
+        None => (text, ""),
+    };
+    let quoted = format!("{head:?}");
+    format!("{}{more}", &quoted[1..quoted.len() - 1])
+}
+
+/// As error messages show it: short, in TOML's spelling.
 impl fmt::Display for Value {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Text(text) if text.chars().count() > 60 => {
-                write!(formatter, "a text of {} characters", text.chars().count())
-            }
-            Self::Text(text) => write!(formatter, "{text:?}"),
+            Self::Text(text) => write!(formatter, "\"{}\"", shown(text)),
             Self::Integer(value) => write!(formatter, "{value}"),
             // With a point, so that 1.0 is told from 1; TOML writes NaN small.
             Self::Number(value) if value.is_nan() => write!(formatter, "nan"),
@@ -72,77 +99,95 @@ fn is_plain(node: &Node) -> bool {
 }
 
 /// Tells line and column of a byte.
-pub(crate) struct Lines<'a> {
+pub(crate) struct Lines {
     source: Arc<str>,
-    text: &'a str,
     /// First byte of each line.
     starts: Vec<usize>,
+    /// The bytes that don't begin a character.
+    inner: Vec<usize>,
 }
 
-impl<'a> Lines<'a> {
-    pub(crate) fn new(source: &str, text: &'a str) -> Self {
+impl Lines {
+    pub(crate) fn new(source: &str, text: &str) -> Self {
         let after_newlines = text.match_indices('\n').map(|(newline, _)| newline + 1);
         Self {
             source: source.into(),
-            text,
             starts: [0].into_iter().chain(after_newlines).collect(),
+            inner: (0..text.len()).filter(|&byte| !text.is_char_boundary(byte)).collect(),
         }
     }
 
     pub(crate) fn place(&self, byte: usize) -> Place {
         let line = self.starts.partition_point(|&start| start <= byte);
         let start = self.starts[line - 1];
-        let before = self.text.get(start..byte.min(self.text.len())).unwrap_or_default();
-        Place { source: self.source.clone(), line, column: before.chars().count() + 1 }
+        let inner_before = |end| self.inner.partition_point(|&inner| inner < end);
+        let column = 1 + byte - start - (inner_before(byte) - inner_before(start));
+        Place { source: self.source.clone(), line, column }
     }
 
-    /// What the TOML parser found, as ours. Numbers beyond 64 bits become problems.
-    pub(crate) fn node(
+    /// What the TOML parser found, as ours; what can't be is a problem.
+    pub(crate) fn root(&self, table: &DeTable<'_>, problems: &mut Vec<Problem>) -> Node {
+        Node { place: self.place(0), value: Value::Table(self.entries(table, 0, problems)) }
+    }
+
+    /// A single value, likewise.
+    pub(crate) fn value(&self, value: &Spanned<DeValue<'_>>, problems: &mut Vec<Problem>) -> Node {
+        self.node(value, 0, problems)
+    }
+
+    fn node(
         &self,
-        value: &toml::Spanned<DeValue<'_>>,
+        value: &Spanned<DeValue<'_>>,
+        depth: usize,
         problems: &mut Vec<Problem>,
     ) -> Node {
         let place = self.place(value.span().start);
-        let mut too_large = |written: &str| {
-            let message = format!("a number of 64 bits expected, got {written}");
-            problems.push(Problem { place: place.clone(), message });
+        let mut complain = |message| problems.push(Problem { place: place.clone(), message });
+        let too_large = |written: &str| {
+            format!("a number that 64 bits can hold expected, got {}", shown(written))
         };
         let value = match value.get_ref() {
+            DeValue::Array(_) | DeValue::Table(_) if depth == DEEPEST => {
+                complain(TOO_DEEP.into());
+                Value::List(Vec::new())
+            }
             DeValue::String(text) => Value::Text(text.to_string()),
             DeValue::Integer(written) => {
                 let parsed = i64::from_str_radix(written.as_str(), written.radix());
                 Value::Integer(parsed.unwrap_or_else(|_| {
-                    too_large(&written.to_string());
+                    complain(too_large(&written.to_string()));
                     0
                 }))
             }
             DeValue::Float(written) => {
                 let parsed: f64 = written.as_str().parse().unwrap_or(f64::NAN);
                 if parsed.is_infinite() && !written.as_str().contains("inf") {
-                    too_large(written.as_str());
+                    complain(too_large(written.as_str()));
                 }
                 Value::Number(parsed)
             }
             DeValue::Boolean(value) => Value::Flag(*value),
             DeValue::Datetime(date) => Value::Date(date.to_string()),
             DeValue::Array(items) => {
-                Value::List(items.iter().map(|item| self.node(item, problems)).collect())
+                Value::List(items.iter().map(|item| self.node(item, depth + 1, problems)).collect())
             }
-            DeValue::Table(table) => Value::Table(self.entries(table, problems)),
+            DeValue::Table(table) => Value::Table(self.entries(table, depth + 1, problems)),
         };
         Node { place, value }
     }
 
-    pub(crate) fn entries(
+    fn entries(
         &self,
-        table: &toml::de::DeTable<'_>,
+        table: &DeTable<'_>,
+        depth: usize,
         problems: &mut Vec<Problem>,
     ) -> Vec<(Key, Node)> {
-        let entry = |(key, value): (&toml::Spanned<_>, &_)| {
-            let name: &std::borrow::Cow<'_, str> = key.get_ref();
-            let key = Key { place: self.place(key.span().start), name: name.to_string() };
-            (key, self.node(value, problems))
-        };
-        table.iter().map(entry).collect()
+        let mut entries = Vec::with_capacity(table.len());
+        for (key, value) in table {
+            let place = self.place(key.span().start);
+            let key = Key { place, name: key.get_ref().to_string() };
+            entries.push((key, self.node(value, depth, problems)));
+        }
+        entries
     }
 }

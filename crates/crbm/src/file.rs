@@ -3,8 +3,9 @@
 //! zeros where nothing is connected.
 //!
 //! If connections are restricted, `V_mask` or `W_mask` (`BOOL`, the shape of V or W) say which
-//! there are. The metadata's one entry, `crbm`, has the sizes for a human reader; it's not read.
-//! (One entry, because the format's library writes several in any order.)
+//! there are. The metadata's one entry, `crbm`, has the sizes for a human reader and the XXH3 of the
+//! tensors' bytes, which is compared where it's there. (One entry, because the format's library
+//! writes several in any order.)
 
 use std::collections::HashMap;
 
@@ -12,6 +13,7 @@ use safetensors::{
     Dtype, SafeTensors,
     tensor::{TensorView, serialize},
 };
+use xxhash_rust::xxh3::Xxh3;
 
 use crate::{Error, Layout, Mask};
 
@@ -44,6 +46,8 @@ impl Layout {
             })
             .collect();
         let sizes = format!("n_inputs={k} n_hidden={m} n_outputs={n}");
+        let hash = hash(tensors.iter().map(|(name, _, _, bytes)| (*name, bytes.as_slice())));
+        let sizes = format!("{sizes} {HASH}{hash:016x}");
         let metadata = HashMap::from([("crbm".to_string(), sizes)]);
         views
             .and_then(|views| serialize(views, Some(metadata)))
@@ -55,11 +59,12 @@ impl Layout {
     ///
     /// # Errors
     /// If the bytes aren't a safetensors file, a tensor is missing or has another type or shape, a
-    /// number is NaN or beyond [`MAX_PARAMETER`](crate::MAX_PARAMETER), or one isn't zero where
-    /// nothing is connected.
+    /// number is NaN or beyond [`MAX_PARAMETER`](crate::MAX_PARAMETER), one isn't zero where nothing is
+    /// connected, or the bytes aren't those that were written.
     pub fn from_safetensors(bytes: &[u8]) -> Result<(Self, Vec<f64>), Error> {
         let file = SafeTensors::deserialize(bytes)
             .map_err(|error| Error::file("the file", "in the format", error))?;
+        check_hash(bytes, &file)?;
         let [n_outputs] = shape(&file, "b", "[n_outputs]")?;
         let [n_hidden] = shape(&file, "c", "[n_hidden]")?;
         let [_, n_inputs] = shape(&file, "V", "[n_hidden x n_inputs]")?;
@@ -73,6 +78,36 @@ impl Layout {
         layout.check("Layout::from_safetensors", &parameters)?;
         Ok((layout, parameters))
     }
+}
+
+/// Before the hash in the metadata.
+const HASH: &str = "xxh3=";
+
+/// Of the names and bytes of tensors.
+fn hash<'a>(tensors: impl Iterator<Item = (&'a str, &'a [u8])>) -> u64 {
+    let mut hash = Xxh3::new();
+    for (name, bytes) in tensors {
+        hash.update(name.as_bytes());
+        hash.update(bytes);
+    }
+    hash.digest()
+}
+
+/// Files of other programs have no hash, and no bit of theirs is known to be wrong.
+fn check_hash(bytes: &[u8], file: &SafeTensors<'_>) -> Result<(), Error> {
+    let (_, header) = SafeTensors::read_metadata(bytes)
+        .map_err(|error| Error::file("the file", "in the format", error))?;
+    let entry = header.metadata().as_ref().and_then(|metadata| metadata.get("crbm"));
+    let Some((_, written)) = entry.and_then(|entry| entry.split_once(HASH)) else { return Ok(()) };
+    let names = ["V", "c", "W", "b", "V_mask", "W_mask"];
+    let tensors: Vec<_> =
+        names.iter().filter_map(|name| file.tensor(name).ok().map(|it| (*name, it))).collect();
+    let found = hash(tensors.iter().map(|(name, tensor)| (*name, tensor.data())));
+    let found = format!("{found:016x}");
+    if found == written {
+        return Ok(());
+    }
+    Err(Error::file("the XXH3 of the tensors", format!("{written}, as was written"), found))
 }
 
 /// `[n_rows x n_columns]`, with zeros where nothing is connected.

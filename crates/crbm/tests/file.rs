@@ -1,8 +1,6 @@
 //! Reading what was written, and refusing what wasn't.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-use std::collections::HashMap;
-
 use crbm::{Error, Layout, MAX_PARAMETER, Mask};
 use proptest::prelude::*;
 use safetensors::{
@@ -76,8 +74,30 @@ fn other_programs_find_names_shapes_and_zeros() {
     assert_eq!(file.tensor("W_mask").unwrap().data(), [1, 0, 0, 1]);
     assert!(file.tensor("V_mask").is_err(), "full");
     let (_, header) = SafeTensors::read_metadata(&bytes).unwrap();
-    let sizes = "n_inputs=1 n_hidden=2 n_outputs=2".to_string();
-    assert_eq!(*header.metadata(), Some(HashMap::from([("crbm".to_string(), sizes)])));
+    let metadata = header.metadata().as_ref().unwrap();
+    assert_eq!(metadata.len(), 1, "several would come in any order");
+    assert!(
+        metadata["crbm"].starts_with("n_inputs=1 n_hidden=2 n_outputs=2 xxh3="),
+        "{metadata:?}"
+    );
+}
+
+/// Not a bit of a number can change without being noticed.
+#[test]
+fn a_flipped_bit_of_a_tensor_is_refused() {
+    let layout = Layout::full(2, 1, 1).unwrap();
+    let good = layout.to_safetensors(&[1.0, 2.0, 3.0, 4.0, 5.0]).unwrap();
+    for place in good.len() - 5 * 8..good.len() {
+        for bit in 0..8 {
+            let mut bytes = good.clone();
+            bytes[place] ^= 1 << bit;
+            let message = Layout::from_safetensors(&bytes).unwrap_err().to_string();
+            assert!(
+                message.starts_with("safetensors: the XXH3 of the tensors must be "),
+                "{message}"
+            );
+        }
+    }
 }
 
 #[test]

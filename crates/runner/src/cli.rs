@@ -1,0 +1,231 @@
+//! The command line: what can be typed, with an example for each command.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueHint};
+use clap_complete::Shell;
+
+/// Trains simulated robots whose reward mixes a task with the information in their own sensors.
+#[derive(Debug, Parser)]
+#[command(name = "itarl", version, max_term_width = 100, after_help = EXIT_CODES)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+const EXIT_CODES: &str = "\
+Exit codes: 0 done; 1 failed (a mistake in a file, a write that failed, a cell that blew up);
+            2 usage; 75 stopped at a checkpoint, `itarl resume` goes on
+
+Example:
+  itarl train experiments/quick.toml --out runs/quick
+  itarl status runs/quick";
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Train all cells of an experiment file
+    #[command(after_help = "Example:
+  itarl train experiments/quick.toml --set reward.mix.power=1 --out runs/power-1
+
+Ctrl-C stops after the current update of each cell, with all saved (exit code 75); a second one at
+once. The same command, or `itarl resume`, goes on.")]
+    Train(Train),
+    /// Go on with a run that was stopped or killed
+    #[command(after_help = "Examples:
+  itarl resume runs/quick
+  itarl resume runs/quick --updates 2000    # and longer than it was meant to be")]
+    Resume(Resume),
+    /// Train exactly one cell, for schedulers that spread a sweep
+    #[command(after_help = "Example:
+  itarl train experiments/figure2.toml --list
+  itarl cell experiments/figure2.toml --index 17 --out /shared/figure2
+
+Several of these may share the folder: the first makes it, the others compare.")]
+    Cell(Cell),
+    /// Show where each cell of a run stands, also while it runs
+    #[command(after_help = "Example:
+  itarl status runs/quick")]
+    Status {
+        /// The run's folder
+        #[arg(value_hint = ValueHint::DirPath)]
+        run: PathBuf,
+    },
+    /// Show what was learned: early updates against late ones, for each setting
+    #[command(after_help = "Example:
+  itarl summary runs/quick --early 1-50 --late 200-300")]
+    Summary(Summary),
+    /// Print the complete settings of an experiment file
+    #[command(after_help = "Example:
+  itarl config experiments/quick.toml --set learning.rate=0.3")]
+    Config {
+        /// What to print.
+        #[command(flatten)]
+        experiment: ExperimentFile,
+    },
+    /// Run a policy without learning and without wind, and report what it does
+    #[command(after_help = "Examples:
+  itarl rollout runs/quick/cells/xi=0.75/seed=3 --steps 600 --csv walk.csv
+  itarl rollout models/svenja.toml --policy models/gaits/svenja.toml")]
+    Rollout(Rollout),
+    /// Check or show model files
+    #[command(subcommand)]
+    Model(Model),
+    /// Measure the training loop on one core
+    #[command(after_help = "Example:
+  itarl bench --seconds 10")]
+    Bench(Bench),
+    /// Print a shell's completions
+    #[command(after_help = "Example:
+  itarl completions bash > ~/.local/share/bash-completion/completions/itarl")]
+    Completions {
+        /// Which shell
+        shell: Shell,
+    },
+}
+
+/// An experiment file with changes from the command line.
+#[derive(Debug, Args)]
+pub struct ExperimentFile {
+    /// The experiment file
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub file: PathBuf,
+    /// Change a setting, as in learning.rate=0.3; a text in quotes: learning.optimiser='"adam"'
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+}
+
+/// Training a sweep.
+#[derive(Debug, Args)]
+pub struct Train {
+    /// What to train.
+    #[command(flatten)]
+    pub experiment: ExperimentFile,
+    /// The run's folder [default: runs/NAME for NAME.toml]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub out: Option<PathBuf>,
+    /// How far.
+    #[command(flatten)]
+    pub work: Work,
+    /// Print the cells with their indices, and train nothing
+    #[arg(long)]
+    pub list: bool,
+}
+
+/// Going on.
+#[derive(Debug, Args)]
+pub struct Resume {
+    /// The run's folder
+    #[arg(value_hint = ValueHint::DirPath)]
+    pub run: PathBuf,
+    /// Extend it to so many updates a cell
+    #[arg(long, value_name = "N")]
+    pub updates: Option<u64>,
+    /// How far.
+    #[command(flatten)]
+    pub work: Work,
+}
+
+/// Training one cell.
+#[derive(Debug, Args)]
+pub struct Cell {
+    /// What to train.
+    #[command(flatten)]
+    pub experiment: ExperimentFile,
+    /// Which cell, as `itarl train FILE --list` counts
+    #[arg(long)]
+    pub index: usize,
+    /// The run's folder
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub out: PathBuf,
+    /// Stop after so many updates
+    #[arg(long, value_name = "UPDATES")]
+    pub stop_after: Option<u64>,
+}
+
+/// What was learned.
+#[derive(Debug, Args)]
+pub struct Summary {
+    /// The run's folder
+    #[arg(value_hint = ValueHint::DirPath)]
+    pub run: PathBuf,
+    /// Early updates [default: the first tenth]
+    #[arg(long, value_name = "FIRST-LAST")]
+    pub early: Option<Updates>,
+    /// Late updates [default: the last tenth]
+    #[arg(long, value_name = "FIRST-LAST")]
+    pub late: Option<Updates>,
+}
+
+/// Some updates in a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Updates {
+    /// From 1.
+    pub first: u64,
+    /// Among them.
+    pub last: u64,
+}
+
+/// How training is done.
+#[derive(Debug, Args)]
+pub struct Work {
+    /// Cells trained at a time [default: one a core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Stop each cell after so many updates in this call
+    #[arg(long, value_name = "UPDATES")]
+    pub stop_after: Option<u64>,
+}
+
+/// A run without learning.
+#[derive(Debug, Args)]
+pub struct Rollout {
+    /// A cell's folder, or a model file
+    #[arg(value_name = "CELL|MODEL", value_hint = ValueHint::AnyPath)]
+    pub what: PathBuf,
+    /// Control steps
+    #[arg(long, default_value_t = 600, value_parser = clap::value_parser!(u64).range(1..))]
+    pub steps: u64,
+    /// Where random numbers come from
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Write a row for each control step
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub csv: Option<PathBuf>,
+    /// learned, random, neutral, or a gait file [default: learned for a cell, neutral for a model]
+    #[arg(long, value_name = "POLICY")]
+    pub policy: Option<String>,
+}
+
+/// Model files.
+#[derive(Debug, Subcommand)]
+pub enum Model {
+    /// Check model files, and say all that is wrong with them
+    #[command(after_help = "Example:
+  itarl model check models/*.toml")]
+    Check {
+        /// Model files
+        #[arg(required = true, value_hint = ValueHint::FilePath)]
+        files: Vec<PathBuf>,
+    },
+    /// Show model files as tables: bodies, joints, sensors, actuators
+    #[command(after_help = "Example:
+  itarl model show models/svenja.toml")]
+    Show {
+        /// Model files
+        #[arg(required = true, value_hint = ValueHint::FilePath)]
+        files: Vec<PathBuf>,
+    },
+}
+
+/// Measuring.
+#[derive(Debug, Args)]
+pub struct Bench {
+    /// What to measure [default: the paper's settings with Svenja]
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub file: Option<PathBuf>,
+    /// For how long, about
+    #[arg(long, default_value_t = 10.0)]
+    pub seconds: f64,
+}

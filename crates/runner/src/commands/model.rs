@@ -1,0 +1,41 @@
+//! `itarl model`: checks and shows model files.
+
+use std::path::{Path, PathBuf};
+
+use svenja::{Describe, Morphology};
+
+use super::{Outcome, say};
+use crate::{cli::Model, progress::tell};
+
+pub(super) fn model(arguments: &Model) -> anyhow::Result<Outcome> {
+    match arguments {
+        Model::Check { files } => each(files, |file, model| {
+            say(format_args!(
+                "{}: {}, {} bodies, {} actuators: fine",
+                file.display(),
+                model.name(),
+                model.bodies().len(),
+                model.actuators().len()
+            ))
+        }),
+        Model::Show { files } => each(files, |_, model| say(Describe(model))),
+    }
+}
+
+/// All files are looked at, whatever is wrong with some.
+fn each(
+    files: &[PathBuf],
+    with: impl Fn(&Path, &Morphology) -> std::io::Result<()>,
+) -> anyhow::Result<Outcome> {
+    let mut outcome = Outcome::Done;
+    for file in files {
+        match Morphology::open(file) {
+            Ok(model) => with(file, &model)?,
+            Err(problems) => {
+                tell(problems);
+                outcome = Outcome::Failed;
+            }
+        }
+    }
+    Ok(outcome)
+}

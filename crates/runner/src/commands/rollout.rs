@@ -1,0 +1,178 @@
+//! `itarl rollout`: what a policy does, without learning and without wind.
+
+use std::{
+    fmt::Write,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, bail};
+use config::Document;
+use crbm::{Layout, Policy, Sampling};
+use svenja::Morphology;
+
+use super::{Outcome, say};
+use crate::{
+    cli::Rollout,
+    experiment::Experiment,
+    gait::Gait,
+    reward::Terms,
+    rollout::{Driver, RolloutStep, Summary, roll_out},
+    store::{CellFolder, atomic},
+    training::Lab,
+};
+
+/// What is rolled out.
+struct Subject {
+    experiment: Experiment,
+    morphology: Morphology,
+    /// Of a cell.
+    folder: Option<CellFolder>,
+}
+
+pub(super) fn rollout(arguments: &Rollout) -> anyhow::Result<Outcome> {
+    let subject = match arguments.what.is_dir() {
+        true => cell(&arguments.what)?,
+        false => model(&arguments.what)?,
+    };
+    let default = if subject.folder.is_some() { "learned" } else { "neutral" };
+    let policy = arguments.policy.as_deref().unwrap_or(default);
+    let mut driver = driver(policy, &subject, arguments.seed)?;
+    let mut table = arguments.csv.is_some().then(|| header(&subject.morphology));
+    let see = |step: &RolloutStep<'_>| {
+        if let Some(table) = &mut table {
+            *table += &row(step);
+        }
+        Ok(())
+    };
+    let Subject { experiment, morphology, .. } = &subject;
+    let summary = roll_out(experiment, morphology, &mut driver, arguments.steps, see)?;
+    if let (Some(path), Some(table)) = (&arguments.csv, table) {
+        atomic::write(path, table.as_bytes())?;
+    }
+    say(report(&subject, policy, &summary))?;
+    Ok(Outcome::Done)
+}
+
+fn cell(folder: &Path) -> anyhow::Result<Subject> {
+    let not_a_cell = || {
+        format!("{}: a cell's folder expected, DIR/cells/SETTING/seed=N of a run", folder.display())
+    };
+    let folder = folder.canonicalize().with_context(not_a_cell)?;
+    let run = folder.ancestors().nth(3).with_context(not_a_cell)?;
+    let lab = Lab::open(run, None).with_context(not_a_cell)?;
+    let is_here = |path: &Path| path.canonicalize().is_ok_and(|path| path == folder);
+    let cell = lab.cells().iter().find(|cell| is_here(cell.folder.path()));
+    let cell = cell.with_context(not_a_cell)?;
+    Ok(Subject {
+        experiment: cell.cell.experiment.clone(),
+        morphology: lab.morphology(cell).clone(),
+        folder: Some(cell.folder.clone()),
+    })
+}
+
+/// With the paper's settings.
+fn model(path: &Path) -> anyhow::Result<Subject> {
+    let morphology = Morphology::open(path)?;
+    let text = format!("model = {}", toml::Value::String(path.display().to_string()));
+    let experiment = Document::parse("defaults", &text)?.read(Experiment::read)?;
+    Ok(Subject { experiment, morphology, folder: None })
+}
+
+fn driver(policy: &str, subject: &Subject, seed: u64) -> anyhow::Result<Driver> {
+    match policy {
+        "learned" => {
+            let Some(folder) = &subject.folder else {
+                bail!("--policy learned: a model alone has learned nothing; name a cell's folder");
+            };
+            Ok(Driver::learned(read_policy(&folder.policy(), &subject.experiment)?, seed))
+        }
+        "random" => Ok(Driver::random(seed)),
+        "neutral" => Ok(Driver::Neutral),
+        file if file.ends_with(".toml") => {
+            let n_actuators = subject.morphology.actuators().len();
+            Driver::gait(Gait::open(&PathBuf::from(file), n_actuators)?)
+        }
+        other => {
+            bail!("--policy must be learned, random, neutral or a gait's FILE.toml, got {other}")
+        }
+    }
+}
+
+fn read_policy(path: &Path, experiment: &Experiment) -> anyhow::Result<Policy> {
+    let name = || path.display().to_string();
+    let bytes = atomic::read(path)?
+        .with_context(|| format!("{}: there's none before the first checkpoint", name()))?;
+    let (layout, parameters) = Layout::from_safetensors(&bytes).with_context(name)?;
+    let sampling = Sampling {
+        gibbs_updates: experiment.policy.gibbs_updates,
+        samples: experiment.policy.samples,
+    };
+    Policy::new(layout, sampling, &parameters).with_context(name)
+}
+
+fn header(morphology: &Morphology) -> String {
+    let mut columns: Vec<String> =
+        ["step", "x_m", "y_m", "z_m", "advance_m", "heading_change_rad", "penalised_contacts"]
+            .map(str::to_owned)
+            .into();
+    columns.extend(Terms::NAMES.map(str::to_owned));
+    let axis = |&id: &svenja::AxisId| morphology.axis_name(id);
+    columns.extend(morphology.sensors().iter().map(|id| format!("sensor {}", axis(id))));
+    let body = |&body: &usize| format!("contact {}", morphology.bodies()[body].name);
+    columns.extend(morphology.contacts().iter().map(body));
+    columns.extend(morphology.actuators().iter().map(|id| format!("target {}", axis(id))));
+    let quoted = columns.iter().map(|column| match column.contains([',', '"', '\n']) {
+        true => format!("\"{}\"", column.replace('"', "\"\"")),
+        false => column.clone(),
+    });
+    quoted.collect::<Vec<_>>().join(",") + "\n"
+}
+
+fn row(step: &RolloutStep<'_>) -> String {
+    let mut line = step.step.to_string();
+    let numbers = step.position_m.into_iter().chain([
+        step.advance_m,
+        step.heading_change_rad,
+        step.penalised_contacts as f64,
+    ]);
+    let numbers = numbers
+        .chain(step.terms.as_array())
+        .chain(step.readings.iter().copied())
+        .chain(step.targets.iter().copied());
+    for number in numbers {
+        // Writing to a string can't fail.
+        let _ = write!(line, ",{number}");
+    }
+    line + "\n"
+}
+
+fn report(subject: &Subject, policy: &str, summary: &Summary) -> String {
+    let hz = subject.experiment.control.frequency_hz;
+    let bodies = subject.morphology.bodies();
+    let contacts: Vec<_> = subject
+        .morphology
+        .contacts()
+        .iter()
+        .zip(&summary.contacts)
+        .map(|(&body, share)| format!("{} {:.0} %", bodies[body].name, 100.0 * share))
+        .collect();
+    format!(
+        "{}, policy {policy}, {} control steps ({:.1} s)\n\
+         speed along heading  {:+.4} m per control step ({:+.3} m/s)\n\
+         net displacement     {:.3} m\n\
+         heading change       {:+.1} degrees\n\
+         information          {:.4} nats per sensor\n\
+         penalised contacts   {}\n\
+         contacts             {}",
+        subject.morphology.name(),
+        summary.steps,
+        summary.steps as f64 / hz,
+        summary.advance_m,
+        summary.advance_m * hz,
+        summary.net_displacement_m,
+        summary.heading_change_rad.to_degrees(),
+        summary.information_nats,
+        summary.penalised_contacts,
+        contacts.join(", ")
+    )
+}

@@ -1,0 +1,196 @@
+//! `itarl summary`: what was learned, early updates against late ones, for each setting.
+//!
+//! Each instance gives the mean of a value over its early updates and that over its late ones. A
+//! paired t-test over the n instances of a setting asks whether R_Loc is higher late:
+//!
+//! ```text
+//! d_i = late_i - early_i,   t = mean(d) / (s(d) / sqrt(n)),   p = P(T >= t), n - 1 degrees of freedom
+//! ```
+//!
+//! (Student, *The probable error of a mean*, Biometrika 6 (1908), 1-25.)
+
+use std::collections::BTreeMap;
+
+use anyhow::{Context, bail};
+use comfy_table::{CellAlignment, Table, presets::ASCII_MARKDOWN};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use super::{Outcome, say};
+use crate::{
+    cli::{Summary, Updates},
+    store::{Row, Run, read_all},
+};
+
+/// What an instance did in early and in late updates.
+#[derive(Clone, Copy, Debug, Default)]
+struct Instance {
+    information_nats: [f64; 2],
+    locomotion_m: [f64; 2],
+}
+
+pub(super) fn summary(arguments: &Summary) -> anyhow::Result<Outcome> {
+    let run = Run::open(&arguments.run)?;
+    let mut settings: BTreeMap<usize, (String, Vec<Instance>)> = BTreeMap::new();
+    let mut windows = None;
+    for cell in &run.manifest().cells {
+        let path = run.cell(cell).metrics();
+        if !path.exists() {
+            continue;
+        }
+        let rows = read_all(&path)?;
+        let [early, late] = *windows.get_or_insert_with(|| chosen(arguments, rows.len() as u64));
+        let (Some(first), Some(second)) = (means(&rows, early), means(&rows, late)) else {
+            say(format_args!("{}: left out, it has {} updates", path.display(), rows.len()))?;
+            continue;
+        };
+        let known = settings.values().position(|(setting, _)| *setting == cell.setting);
+        let key = known.unwrap_or(settings.len());
+        let entry = settings.entry(key).or_insert_with(|| (cell.setting.clone(), Vec::new()));
+        entry.1.push(Instance {
+            information_nats: [first.0, second.0],
+            locomotion_m: [first.1, second.1],
+        });
+    }
+    let Some([early, late]) = windows.filter(|_| !settings.is_empty()) else {
+        bail!("{}: no cell has the updates that are asked for", run.folder().display());
+    };
+    say(format_args!("means over updates {early} (early) and {late} (late)"))?;
+    say(table(settings.values()))?;
+    say("p: one-sided paired t-test of R_Loc, late above early, over a setting's seeds")?;
+    Ok(Outcome::Done)
+}
+
+/// As asked, or the first and the last tenth of so many updates.
+fn chosen(arguments: &Summary, n: u64) -> [Updates; 2] {
+    let tenth = (n / 10).max(1);
+    [
+        arguments.early.unwrap_or(Updates { first: 1, last: tenth }),
+        arguments.late.unwrap_or(Updates { first: n + 1 - tenth.min(n), last: n }),
+    ]
+}
+
+/// Of R_MI in nats and R_Loc in m; none if an update is missing.
+fn means(rows: &[Row], window: Updates) -> Option<(f64, f64)> {
+    let inside = |row: &&Row| (window.first..=window.last).contains(&row.update);
+    let rows: Vec<_> = rows.iter().filter(inside).collect();
+    let n = rows.len() as f64;
+    let mean = |of: fn(&Row) -> f64| rows.iter().map(|row| of(row)).sum::<f64>() / n;
+    (rows.len() as u64 == window.last + 1 - window.first)
+        .then(|| (mean(|row| row.information_nats), mean(|row| row.locomotion_m)))
+}
+
+fn table<'a>(settings: impl Iterator<Item = &'a (String, Vec<Instance>)>) -> Table {
+    let mut table = Table::new();
+    table.load_preset(ASCII_MARKDOWN).set_header([
+        "setting",
+        "seeds",
+        "R_MI nats early",
+        "late",
+        "R_Loc m early",
+        "late",
+        "sd late",
+        "best late",
+        "t",
+        "p",
+    ]);
+    for (setting, instances) in settings {
+        let column = |of: fn(&Instance) -> f64| instances.iter().map(of).collect::<Vec<f64>>();
+        let late = column(|it| it.locomotion_m[1]);
+        let gain = column(|it| it.locomotion_m[1] - it.locomotion_m[0]);
+        let test = paired_t(&gain);
+        let best = late.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        table.add_row([
+            setting.clone(),
+            instances.len().to_string(),
+            format!("{:.4}", mean(&column(|it| it.information_nats[0]))),
+            format!("{:.4}", mean(&column(|it| it.information_nats[1]))),
+            format!("{:+.5}", mean(&column(|it| it.locomotion_m[0]))),
+            format!("{:+.5}", mean(&late)),
+            format!("{:.5}", deviation(&late)),
+            format!("{best:+.5}"),
+            test.map_or("-".into(), |(t, _)| format!("{t:.2}")),
+            test.map_or("-".into(), |(_, p)| format!("{p:.1e}")),
+        ]);
+    }
+    for column in 1..10 {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    table
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Of a sample; NaN for fewer than two values.
+fn deviation(values: &[f64]) -> f64 {
+    let m = mean(values);
+    let squares: f64 = values.iter().map(|value| (value - m) * (value - m)).sum();
+    (squares / (values.len() as f64 - 1.0)).sqrt()
+}
+
+/// t and the probability of one at least as high by chance; none for fewer than two differences, or
+/// for equal ones.
+fn paired_t(differences: &[f64]) -> Option<(f64, f64)> {
+    let n = differences.len() as f64;
+    let t = mean(differences) / (deviation(differences) / n.sqrt());
+    let distribution = StudentsT::new(0.0, 1.0, n - 1.0).ok()?;
+    t.is_finite().then(|| (t, distribution.sf(t)))
+}
+
+impl std::str::FromStr for Updates {
+    type Err = anyhow::Error;
+
+    fn from_str(text: &str) -> anyhow::Result<Self> {
+        let parse = || {
+            let (first, last) = text.split_once('-')?;
+            let (first, last) = (first.parse().ok()?, last.parse().ok()?);
+            (1 <= first && first <= last).then_some(Self { first, last })
+        };
+        parse().with_context(|| format!("FIRST-LAST expected, as in 200-300, got {text}"))
+    }
+}
+
+impl std::fmt::Display for Updates {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "{}-{}", self.first, self.last)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Student's own example: extra hours of sleep by one drug over another, ten patients; t is
+    /// 4.06, and a table gives .0014 for it.
+    #[test]
+    fn the_test_is_students() {
+        let gains = [1.2, 2.4, 1.3, 1.3, 0.0, 1.0, 1.8, 0.8, 4.6, 1.4];
+        let (t, p) = paired_t(&gains).unwrap();
+        // To the places that are published.
+        assert!((t - 4.062).abs() < 5e-4, "{t}");
+        assert!((p - 0.001_42).abs() < 5e-6, "{p}");
+        assert_eq!(paired_t(&[1.0]), None);
+        assert_eq!(paired_t(&[1.0, 1.0]), None);
+    }
+
+    #[test]
+    fn windows_are_read_as_they_are_written() {
+        let updates: Updates = "200-300".parse().unwrap();
+        assert_eq!((updates.first, updates.last), (200, 300));
+        assert_eq!(updates.to_string(), "200-300");
+        for wrong in ["", "3", "0-4", "5-4", "a-b", "1-2-3"] {
+            assert!(wrong.parse::<Updates>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn means_need_all_updates() {
+        let row = |update| Row { update, locomotion_m: update as f64, ..Row::default() };
+        let rows: Vec<_> = (1..=10).map(row).collect();
+        assert_eq!(means(&rows, Updates { first: 3, last: 5 }), Some((0.0, 4.0)));
+        assert_eq!(means(&rows, Updates { first: 9, last: 11 }), None);
+    }
+}

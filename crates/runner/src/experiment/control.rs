@@ -1,0 +1,52 @@
+//! The table `control`: when the policy acts.
+
+use config::{Place, Section, within};
+use serde::Serialize;
+
+use super::PhysicsSettings;
+use crate::rules::{count, given_or};
+
+/// When the policy acts.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ControlSettings {
+    /// Control steps in a second, 0.01 to 100,000; 10.
+    pub frequency_hz: f64,
+    /// Control steps at the start in which the robot is told to hold its neutral pose, to drop and
+    /// settle; 20. They enter nothing: no learning, no window, no clock.
+    pub settle_steps: u64,
+}
+
+impl Default for ControlSettings {
+    fn default() -> Self {
+        Self { frequency_hz: 10.0, settle_steps: 20 }
+    }
+}
+
+impl ControlSettings {
+    /// With the number of physics steps in a control step. The physics settings come with the place
+    /// of their frequency.
+    pub(super) fn read(
+        section: &mut Section<'_>,
+        physics: Option<&(PhysicsSettings, Place)>,
+    ) -> Option<(Self, u64)> {
+        let default = Self::default();
+        let rule = within(0.01, 100_000.0);
+        let frequency_hz = given_or(section, "frequency_hz", rule, default.frequency_hz);
+        let settle_steps = section.or("settle_steps", count(0, 1_000_000), default.settle_steps);
+        let (physics, physics_place) = physics?;
+        let frequency_hz = frequency_hz?;
+        let steps = physics.frequency_hz / frequency_hz;
+        if steps < 1.0 || steps.fract() != 0.0 {
+            let given = section.has("frequency_hz");
+            let place = if given { &section.place_of("frequency_hz") } else { physics_place };
+            let message = format!(
+                "physics.frequency_hz must be a whole multiple of control.frequency_hz, \
+                 got {} and {frequency_hz}",
+                physics.frequency_hz
+            );
+            section.complain(place, message);
+            return None;
+        }
+        Some((Self { frequency_hz, settle_steps }, steps as u64))
+    }
+}

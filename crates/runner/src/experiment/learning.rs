@@ -1,0 +1,214 @@
+//! The table `learning`: how the policy learns.
+//!
+//! The settings of an optimiser are those of `gpomdp`, whatever the list of optimisers there: the
+//! keys are the fields of its defaults, and its own constructor checks their ranges. Those of the
+//! paper's optimiser, `momentum`, stand in `learning` itself, those of another one in a table of
+//! its name, as in `learning.adam.rate`.
+
+use config::{Mismatch, Node, Rule, Section, number, one_of, within};
+use gpomdp::{EstimatorSettings, OptimiserSettings};
+use serde::{Serialize, Serializer, ser::SerializeMap};
+
+use super::leaves::{shown, table};
+use crate::rules::{count, given_or, or_false, write_or_false};
+
+/// The optimiser whose settings stand in `learning` itself.
+const INLINE: &str = "momentum";
+
+/// How the policy learns.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LearningSettings {
+    /// Updates of the policy, 1 to 10^9; 30,000.
+    pub updates: u64,
+    /// Control steps for each update, 1 to 10^9; 100.
+    pub steps_per_update: u64,
+    /// Of the trace of scores, 0 to 1; 0.75.
+    pub discount: f64,
+    /// Factor per control step of the running average that is subtracted from rewards, 0 to 1; by
+    /// default none, which is written false.
+    #[serde(serialize_with = "write_or_false")]
+    pub baseline: Option<f64>,
+    /// What makes steps of gradients; momentum.
+    #[serde(flatten, serialize_with = "write_optimiser")]
+    pub optimiser: OptimiserSettings,
+}
+
+impl LearningSettings {
+    pub(super) fn read(section: &mut Section<'_>) -> Option<Self> {
+        /// So that control steps can be counted in 64 bits.
+        const MOST: i64 = 1_000_000_000;
+        let discount = EstimatorSettings::default().discount;
+        let updates = section.or("updates", count(1, MOST), 30_000);
+        let steps_per_update = section.or("steps_per_update", count(1, MOST), 100);
+        let discount = section.or("discount", within(0.0, 1.0), discount);
+        let baseline = section.or("baseline", or_false(within(0.0, 1.0)), None);
+        let optimiser = read_optimiser(section)?;
+        Some(Self { updates, steps_per_update, discount, baseline, optimiser })
+    }
+}
+
+fn read_optimiser(section: &mut Section<'_>) -> Option<OptimiserSettings> {
+    let all = OptimiserSettings::all();
+    let choices: Vec<_> = all.iter().map(|settings| (settings.name(), settings.clone())).collect();
+    let Some(chosen) = given_or(section, "optimiser", one_of(&choices), all[0].clone()) else {
+        section.accept_all();
+        return None;
+    };
+    for other in all.iter().filter(|other| other.name() != chosen.name()) {
+        refuse_settings_of(other, chosen.name(), section);
+    }
+    match chosen.name() {
+        INLINE => read_fields(section, &chosen),
+        name => section.table_or_empty(name, |table| {
+            table.call(format!("learning.{name}"));
+            read_fields(table, &chosen)
+        }),
+    }
+}
+
+/// A setting that would change nothing is a mistake.
+fn refuse_settings_of(other: &OptimiserSettings, chosen: &str, section: &mut Section<'_>) {
+    let keys = match other.name() {
+        INLINE => fields(other).keys().cloned().collect(),
+        name => vec![name.to_owned()],
+    };
+    for key in keys {
+        if section.has(&key) && section.optional(&key, Anything).is_some() {
+            let message = format!(
+                "{key} belongs to the optimiser \"{}\", and the optimiser is \"{chosen}\"",
+                other.name()
+            );
+            section.complain(&section.place_of(&key), message);
+        }
+    }
+}
+
+/// Numbers all, checked by the optimiser's constructor one after the other.
+fn read_fields(
+    section: &mut Section<'_>,
+    default: &OptimiserSettings,
+) -> Option<OptimiserSettings> {
+    let defaults = fields(default);
+    let mut values = defaults.clone();
+    let mut fit = true;
+    for (key, value) in &mut values {
+        let given = section.has(key);
+        match section.optional(key, number()) {
+            Some(number) => *value = number.into(),
+            None => fit &= !given,
+        }
+    }
+    loop {
+        let all = toml::Table::from_iter([(default.name().to_owned(), values.clone().into())]);
+        let settings: OptimiserSettings = match all.try_into() {
+            Ok(settings) => settings,
+            Err(error) => {
+                section.complain(section.place(), error.to_string());
+                return None;
+            }
+        };
+        let (what, expected, value) = match settings.build(0) {
+            Ok(_) => return fit.then_some(settings),
+            Err(gpomdp::Error::Number { what, expected, value, .. }) => (what, expected, value),
+            Err(error) => {
+                section.complain(section.place(), error.to_string());
+                return None;
+            }
+        };
+        section.refuse(what, expected, shown(&value.into()));
+        fit = false;
+        // Goes on with the default, to see what else is wrong.
+        match defaults.get(what) {
+            Some(default) if values.get(what) != Some(default) => {
+                values.insert(what.to_owned(), default.clone());
+            }
+            _ => return None,
+        }
+    }
+}
+
+/// Names and values of an optimiser's settings.
+fn fields(settings: &OptimiserSettings) -> toml::Table {
+    match table(settings).remove(settings.name()) {
+        Some(toml::Value::Table(fields)) => fields,
+        _ => toml::Table::new(),
+    }
+}
+
+/// As [`read_optimiser`] reads it.
+fn write_optimiser<S: Serializer>(
+    settings: &OptimiserSettings,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    let mut map = serializer.serialize_map(None)?;
+    map.serialize_entry("optimiser", settings.name())?;
+    match settings.name() {
+        INLINE => {
+            for (key, value) in fields(settings) {
+                map.serialize_entry(&key, &value)?;
+            }
+        }
+        name => map.serialize_entry(name, &fields(settings))?,
+    }
+    map.end()
+}
+
+/// Takes any value.
+struct Anything;
+
+impl Rule for Anything {
+    type Out = ();
+
+    fn expected(&self) -> String {
+        "anything".into()
+    }
+
+    fn take(&self, _: &Node) -> Result<(), Mismatch> {
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use config::Document;
+
+    use super::*;
+
+    fn read(text: &str) -> Result<LearningSettings, String> {
+        let document = Document::parse("f", text).unwrap();
+        document.read(LearningSettings::read).map_err(|problems| problems.to_string())
+    }
+
+    /// Whatever optimisers there will be.
+    #[test]
+    fn every_optimiser_is_read_as_it_is_written() {
+        for optimiser in OptimiserSettings::all() {
+            let name = optimiser.name();
+            let read_default = read(&format!("optimiser = '{name}'")).unwrap();
+            assert_eq!(read_default.optimiser, optimiser);
+            let text = table(&read_default).to_string();
+            assert_eq!(read(&text).unwrap(), read_default, "{text}");
+            assert!(text.contains(&format!("optimiser = \"{name}\"")), "{text}");
+        }
+    }
+
+    #[test]
+    fn all_mistakes_of_an_optimiser_are_found() {
+        let expected = "f:2:8: rate must be > 0 and at most 1e100, got -1\n\
+                        f:3:9: decay must be within 0 to 1, got 2\n\
+                        f:4:12: momentum must be >= 0 and < 1, got 1";
+        let found = read("updates = 3\nrate = -1\ndecay = 2\nmomentum = 1").unwrap_err();
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn settings_of_another_optimiser_are_refused() {
+        let found = read("optimiser = 'adam'\nrate = 1\nadam.rate = 0.1\nrprop.first = 2");
+        let expected = [
+            "f:2:8: rate belongs to the optimiser \"momentum\", and the optimiser is \"adam\"",
+            "f:4:1: rprop belongs to the optimiser \"rprop\", and the optimiser is \"adam\"",
+        ];
+        assert_eq!(found.unwrap_err(), expected.join("\n"));
+    }
+}

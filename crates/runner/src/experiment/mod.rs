@@ -1,0 +1,112 @@
+//! Experiment files: all settings of training instances, and the sweep over some of them.
+//!
+//! An [`Experiment`] is what one instance, a *cell*, is trained with; a [`Plan`] is a file: its
+//! cells in a stable order. Each section of a file is a struct in a file of its own here, which
+//! says what its keys mean and what they are by default (the paper's values: G. Montúfar,
+//! K. Ghazi-Zahedi and N. Ay, *Information theoretically aided reinforcement learning for embodied
+//! agents*, 2016). Values are checked against their ranges and each other; nothing is opened.
+
+mod codec;
+mod control;
+mod learning;
+mod leaves;
+mod perturbation;
+mod physics;
+mod plan;
+mod policy;
+mod record;
+mod sweep;
+
+pub use codec::CodecSettings;
+pub use control::ControlSettings;
+pub use learning::LearningSettings;
+pub use perturbation::PerturbationSettings;
+pub use physics::PhysicsSettings;
+pub use plan::{Cell, Plan};
+pub use policy::{Connectivity, PolicySettings};
+pub use record::{CheckpointSettings, RecordSettings};
+pub use sweep::MOST_CELLS;
+
+use config::{Section, text};
+use serde::Serialize;
+
+use crate::reward::RewardSettings;
+
+/// All settings of a cell but its seed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Experiment {
+    /// For readers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub description: Option<String>,
+    /// Path of the model file; absolute in a [`Plan`].
+    pub model: String,
+    /// Bullet's world.
+    pub physics: PhysicsSettings,
+    /// When the policy acts.
+    pub control: ControlSettings,
+    /// Readings to bits, bits to targets.
+    pub codec: CodecSettings,
+    /// The machine that acts.
+    pub policy: PolicySettings,
+    /// What it learns for.
+    pub reward: RewardSettings,
+    /// The wind.
+    pub perturbation: PerturbationSettings,
+    /// How it learns.
+    pub learning: LearningSettings,
+    /// What is kept of the last control steps.
+    pub record: RecordSettings,
+    /// When all is saved.
+    pub checkpoint: CheckpointSettings,
+}
+
+impl Experiment {
+    /// Reads a file's top level, but for its sweep.
+    pub fn read(root: &mut Section<'_>) -> Option<Self> {
+        let description = root.optional("description", text());
+        let model = root.required("model", text());
+        let physics = root.table_or_empty("physics", |section| {
+            let place = section.place_of("frequency_hz");
+            Some((PhysicsSettings::read(section)?, place))
+        });
+        let control = root
+            .table_or_empty("control", |section| ControlSettings::read(section, physics.as_ref()));
+        let steps = control.as_ref().map(|&(_, steps)| steps);
+        let codec = root.table_or_empty("codec", CodecSettings::read);
+        let policy = root.table_or_empty("policy", PolicySettings::read);
+        let reward = root.table_or_empty("reward", RewardSettings::read);
+        let perturbation = root.table_or_empty("perturbation", PerturbationSettings::read);
+        let learning = root.table_or_empty("learning", LearningSettings::read);
+        let record = root.table_or_empty("record", |section| RecordSettings::read(section, steps));
+        let checkpoint = root.table_or_empty("checkpoint", CheckpointSettings::read);
+        Some(Self {
+            description,
+            model: model?,
+            physics: physics?.0,
+            control: control?.0,
+            codec: codec?,
+            policy: policy?,
+            reward: reward?,
+            perturbation: perturbation?,
+            learning: learning?,
+            record: record?,
+            checkpoint: checkpoint?,
+        })
+    }
+
+    /// Physics steps in a control step.
+    #[must_use]
+    pub fn physics_steps_per_control_step(&self) -> u64 {
+        // Checked to be a whole number when it was read.
+        (self.physics.frequency_hz / self.control.frequency_hz) as u64
+    }
+
+    /// All settings, complete: a file that gives this experiment.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        leaves::table(self).to_string()
+    }
+}
+
+#[cfg(test)]
+mod tests;

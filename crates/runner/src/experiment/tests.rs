@@ -1,0 +1,374 @@
+//! Files read, written and compared.
+#![allow(clippy::unwrap_used)]
+
+use std::{fs, path::Path};
+
+use config::Document;
+use proptest::prelude::*;
+
+use super::{Experiment, Plan, leaves};
+
+fn experiment(text: &str) -> Experiment {
+    let read = Document::parse("f", text).and_then(|document| document.read(Experiment::read));
+    read.unwrap_or_else(|problems| panic!("{problems}\n{text}"))
+}
+
+/// A file in a folder of its own, opened.
+fn open(text: &str, overrides: &[&str]) -> Result<Plan, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("x.toml");
+    fs::write(&file, text).unwrap();
+    let overrides: Vec<_> = overrides.iter().map(|text| text.to_string()).collect();
+    Plan::open(&file, &overrides)
+        .map_err(|problems| problems.to_string().replace(&file.display().to_string(), "x.toml"))
+}
+
+fn plan(text: &str) -> Plan {
+    open(text, &[]).unwrap_or_else(|problems| panic!("{problems}\n{text}"))
+}
+
+fn folders(plan: &Plan) -> Vec<String> {
+    plan.cells().iter().map(|cell| cell.folder().display().to_string()).collect()
+}
+
+/// All keys, with what they are when a file says nothing but its model.
+const DEFAULTS: &str = r#"model = "m.toml"
+
+[physics]
+frequency_hz = 100.0
+iterations = 200
+warm_starting = true
+
+[control]
+frequency_hz = 10.0
+settle_steps = 20
+
+[codec]
+sensor_bits = 1
+actuator_bits = 1
+
+[policy]
+hidden_units = 50
+gibbs_updates = 10
+samples = 60
+connectivity = "full"
+memory = 0
+initial_scale = 0.01
+
+[reward]
+scale = 1.0
+penalty = 0.0001
+
+[reward.extrinsic]
+kind = "locomotion"
+scale = "model"
+
+[reward.intrinsic]
+kind = "mutual_information"
+sensors = "positions"
+group = "sensor"
+window = 100
+lag = 1
+past = 1
+max = 0.1
+
+[reward.mix]
+kind = "geometric"
+xi = 0.75
+power = 2.0
+sign_at_zero_xi = true
+
+[perturbation]
+every = 1000
+length = 10
+flip_probability = 0.1
+
+[learning]
+updates = 30000
+steps_per_update = 100
+discount = 0.75
+baseline = false
+optimiser = "momentum"
+rate = 1.0
+decay = 0.00001
+momentum = 0.5
+
+[record]
+steps = 600
+pose_every = 2
+
+[checkpoint]
+every = 100
+"#;
+
+#[test]
+fn the_defaults_are_the_papers() {
+    assert_eq!(experiment("model = 'm.toml'").to_toml(), DEFAULTS);
+    assert_eq!(experiment("model = 'm.toml'").physics_steps_per_control_step(), 10);
+}
+
+#[test]
+fn the_penalty_is_one_percent_of_the_mix() {
+    let penalty = |mix: &str| experiment(&format!("model = 'm'\n{mix}")).reward.penalty;
+    assert_eq!(penalty(""), 0.0001);
+    assert_eq!(penalty("reward.mix.power = 1"), 0.001);
+    assert_eq!(penalty("reward.mix.kind = 'linear'"), 0.001);
+    assert_eq!(penalty("reward.penalty = 0"), 0.0);
+}
+
+/// Values of each key that go with all other ones of this table.
+const CHOICES: [(&str, &[&str]); 34] = [
+    ("description", &["'what for?'", "'''a\nb \"c\" é'''"]),
+    ("physics.frequency_hz", &["100", "200", "1000"]),
+    ("physics.iterations", &["1", "50"]),
+    ("physics.warm_starting", &["false"]),
+    ("control.frequency_hz", &["10", "5", "12.5", "0.1"]),
+    ("control.settle_steps", &["0", "7"]),
+    ("codec.sensor_bits", &["1", "8"]),
+    ("codec.actuator_bits", &["2"]),
+    ("policy.hidden_units", &["1", "16384"]),
+    ("policy.gibbs_updates", &["0", "3"]),
+    ("policy.samples", &["1"]),
+    ("policy.connectivity", &["'full'", "'per_actuator'", "'per_group'"]),
+    ("policy.memory", &["2"]),
+    ("policy.initial_scale", &["0", "1e-7", "0.3"]),
+    ("reward.scale", &["10", "100", "1e-50"]),
+    ("reward.penalty", &["0", "0.1"]),
+    ("reward.extrinsic.kind", &["'locomotion'", "'turning'"]),
+    ("reward.extrinsic.scale", &["2", "-1.5"]),
+    ("reward.intrinsic.sensors", &["'positions'", "'all'"]),
+    ("reward.intrinsic.group", &["'group'", "'body'"]),
+    ("reward.intrinsic.window", &["2", "1000"]),
+    ("reward.intrinsic.lag", &["3"]),
+    ("reward.intrinsic.past", &["4"]),
+    ("reward.intrinsic.max", &["1"]),
+    ("reward.mix.kind", &["'linear'", "'geometric'"]),
+    ("reward.mix.xi", &["0", "0.5", "1"]),
+    ("perturbation.every", &["0", "500"]),
+    ("perturbation.length", &["1", "20"]),
+    ("perturbation.flip_probability", &["1"]),
+    ("learning.updates", &["1", "1_000_000_000"]),
+    ("learning.baseline", &["0.998", "false"]),
+    ("learning.optimiser", &["'momentum'", "'adam'", "'rprop'"]),
+    ("record.pose_every", &["1", "4"]),
+    ("checkpoint.every", &["1"]),
+];
+
+/// For each key nothing, one value, or a sweep over all of them.
+fn settings() -> impl Strategy<Value = Vec<usize>> {
+    CHOICES.iter().map(|(_, values)| 0..values.len() + 2).collect::<Vec<_>>()
+}
+
+/// What the settings say, with or without sweeps.
+fn file(settings: &[usize], swept: bool) -> String {
+    let (mut lines, mut sweep) = (vec!["model = 'm'".to_owned()], vec!["[sweep]".to_owned()]);
+    for ((key, values), &choice) in CHOICES.iter().zip(settings) {
+        // Three swept keys, or there will be too many cells.
+        if choice > values.len() && swept && sweep.len() < 4 && *key != "description" {
+            sweep.push(format!("'{key}' = [{}]", values.join(", ")));
+        } else if let Some(value) = choice.checked_sub(1).and_then(|choice| values.get(choice)) {
+            lines.push(format!("{key} = {value}"));
+        }
+    }
+    lines.extend(sweep);
+    lines.join("\n")
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+
+    #[test]
+    fn resolved_settings_read_back_are_the_same(settings in settings()) {
+        let text = file(&settings, false).replace("[sweep]", "");
+        let experiment = experiment(&text);
+        prop_assert_eq!(self::experiment(&experiment.to_toml()), experiment);
+    }
+
+    #[test]
+    fn a_resolved_plan_read_back_is_the_same(settings in settings()) {
+        let plan = plan(&file(&settings, true));
+        let text = plan.to_toml();
+        let again = self::plan(&text);
+        prop_assert!(again == plan, "{}", text);
+        prop_assert_eq!(again.to_toml(), text);
+        prop_assert_eq!(again.differences(&plan), Vec::<String>::new());
+    }
+
+    #[test]
+    fn no_text_makes_it_panic(text in "[a-z_.= \\[\\]'{}0-9\n#,-]{0,200}") {
+        let _ = open(&text, &[]);
+        let _ = open(&format!("model = 'm'\n[sweep]\n{text}"), &[]);
+        let _ = open("model = 'm'", &[&text]);
+    }
+}
+
+#[test]
+fn the_first_swept_key_is_the_slowest_and_seeds_are_the_fastest() {
+    let plan = plan(
+        "model = 'm'\n[sweep]\nseeds = 2\n'reward.mix.xi' = [0.75, 1]\n\
+                     'reward.mix.power' = [1.0, 2]",
+    );
+    let expected = [
+        "xi=0.75,power=1/seed=1",
+        "xi=0.75,power=1/seed=2",
+        "xi=0.75,power=2/seed=1",
+        "xi=0.75,power=2/seed=2",
+        "xi=1,power=1/seed=1",
+        "xi=1,power=1/seed=2",
+        "xi=1,power=2/seed=1",
+        "xi=1,power=2/seed=2",
+    ];
+    assert_eq!(folders(&plan), expected);
+    let listing: Vec<_> = plan.listing().collect();
+    assert_eq!(listing[5], (5, "xi=1,power=1", 2));
+    assert_eq!(plan.cells()[5].experiment.reward.mix.get().xi().at(0), 1.0);
+}
+
+#[test]
+fn swept_keys_are_written_in_quotes_or_as_tables() {
+    let expected = plan("model = '/m'\n[sweep]\n'learning.rate' = [1, 3]");
+    for sweep in [
+        "[sweep]\nlearning.rate = [1, 3]",
+        "[sweep.learning]\nrate = [1, 3]",
+        "sweep = { learning = { rate = [1, 3] } }",
+    ] {
+        assert_eq!(plan(&format!("model = '/m'\n{sweep}")), expected, "{sweep}");
+    }
+}
+
+#[test]
+fn without_a_sweep_there_is_one_cell() {
+    assert_eq!(folders(&plan("model = 'm'")), ["base/seed=1"]);
+    assert_eq!(folders(&plan("model = 'm'\nsweep.seeds = [7, 3]")), ["base/seed=7", "base/seed=3"]);
+}
+
+#[test]
+fn folders_have_the_shortest_names_that_tell_keys_apart() {
+    let sweep = "model = 'm'\n[sweep]\n'reward.scale' = [1, 10]\n\
+                 'reward.extrinsic.scale' = ['model', -2.5]\n'learning.baseline' = [false, 1e-5]";
+    assert_eq!(
+        plan(sweep).cells()[7].setting,
+        "reward.scale=10,reward.extrinsic.scale=-2.5,baseline=1e-5"
+    );
+}
+
+#[test]
+fn values_in_folders_are_safe_characters() {
+    let setting =
+        |text: &str| plan(&format!("model = 'm'\n[sweep]\n{text}")).cells()[0].setting.clone();
+    assert_eq!(setting("description = ['a b/../c,=é']"), "description=a-b-..-c---");
+    assert_eq!(setting("'reward.mix.schedule' = [[[0, 0.5], [9, 1]]]"), "schedule=0-0.5-9-1");
+    let both = "codec = [{ sensor_bits = 2, actuator_bits = 1 }]";
+    assert_eq!(setting(both), "codec=sensor_bits-2-actuator_bits-1");
+    let model = open("[sweep]\nmodel = ['../models/a.toml', 'b.toml']", &[]).unwrap();
+    assert_eq!(model.cells()[0].setting, "model=a");
+}
+
+#[test]
+fn a_table_sets_several_keys_together() {
+    let plan = plan(
+        "model = 'm'\nreward.scale = 3\n[sweep]\n\
+         codec = [{ sensor_bits = 2 }, { sensor_bits = 4, actuator_bits = 3 }]",
+    );
+    let bits = plan.cells().iter().map(|cell| &cell.experiment.codec);
+    let bits: Vec<_> = bits.map(|codec| (codec.sensor_bits, codec.actuator_bits)).collect();
+    assert_eq!(bits, [(2, 1), (4, 3)]);
+    assert_eq!(self::plan(&plan.to_toml()), plan, "{}", plan.to_toml());
+}
+
+/// What varies with a kind is left out of the complete file, and comes back from the kind.
+#[test]
+fn kinds_can_be_swept() {
+    let plan = plan(
+        "model = 'm'\n[sweep]\n'reward.mix.kind' = ['geometric', 'linear']\n\
+                     'learning.optimiser' = ['momentum', 'adam']",
+    );
+    let text = plan.to_toml();
+    assert!(!text.contains("penalty") && !text.contains("rate") && text.contains("xi"), "{text}");
+    assert_eq!(self::plan(&text), plan);
+    let penalties: Vec<_> =
+        plan.cells().iter().map(|cell| cell.experiment.reward.penalty).collect();
+    assert_eq!(penalties, [0.0001, 0.0001, 0.001, 0.001]);
+}
+
+#[test]
+fn models_are_found_from_the_file_or_from_where_the_command_is_given() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path().canonicalize().unwrap();
+    fs::create_dir(folder.join("experiments")).unwrap();
+    fs::write(folder.join("robot.toml"), "").unwrap();
+    let file = folder.join("experiments/x.toml");
+    fs::write(&file, "model = '../robot.toml'").unwrap();
+    let model = |overrides: &[String]| {
+        Plan::open(&file, overrides).unwrap().cells()[0].experiment.model.clone()
+    };
+    assert_eq!(Path::new(&model(&[])), folder.join("robot.toml"));
+    let here = std::env::current_dir().unwrap();
+    assert_eq!(Path::new(&model(&["model='other.toml'".into()])), here.join("other.toml"));
+}
+
+#[test]
+fn overrides_are_checked_like_the_file() {
+    let found = open("model = '/m'", &["learning.rate=0.3", "sweep.seeds = 7"]).unwrap();
+    assert_eq!(found, plan("model = '/m'\nlearning.rate = 0.3\nsweep.seeds = 7"));
+    let found = open("model = '/m'", &["learning.rate=-1", "learning.x.y=3", "z", "codec=1"]);
+    let expected = "--set codec=1: codec must be a table, got 1\n\
+                    --set learning.rate=-1: learning: rate must be > 0 and at most 1e100, got -1\n\
+                    --set learning.x.y=3: learning: unknown key 'x', expected one of \
+                    'updates', 'steps_per_update', 'discount', 'baseline', 'optimiser', 'rate', \
+                    'decay', 'momentum'\n\
+                    --set z: key=value expected, as in --set learning.rate=0.3";
+    assert_eq!(found.unwrap_err(), expected);
+}
+
+#[test]
+fn differences_name_the_key_and_both_values() {
+    let text = |rest: &str| format!("model = '/m'\n{rest}");
+    let run = plan(&text("description = 'x'\nlearning.rate = 1\n[sweep]\nseeds = 3"));
+    let file = plan(&text(
+        "learning = { rate = 0.3, optimiser = 'momentum' }\nreward.mix.power = 1\n\
+                           [sweep]\n'reward.mix.xi' = [0.75, 1]",
+    ));
+    assert_eq!(
+        file.differences(&run),
+        [
+            "reward.penalty: 0.0001 there, 0.001 here",
+            "reward.mix.power: 2 there, 1 here",
+            "learning.rate: 1 there, 0.3 here",
+            "reward.mix.xi: 0.75 there, swept over [0.75, 1] here",
+            "sweep.seeds: 3 there, 1 here",
+        ]
+    );
+    assert_eq!(run.differences(&run), Vec::<String>::new());
+    let adam = plan(&text("learning.optimiser = 'adam'\nsweep.seeds = 3"));
+    assert!(adam.differences(&run).contains(&"learning.rate: 1 there, nothing here".to_owned()));
+}
+
+#[test]
+fn a_sweep_of_the_largest_size_is_read_and_no_larger_one() {
+    let text = |n: usize| {
+        let values: Vec<_> = (1..=n).map(|i| i.to_string()).collect();
+        format!("model = 'm'\n[sweep]\n'learning.updates' = [{}]\nseeds = 10000", values.join(", "))
+    };
+    assert_eq!(plan(&text(10)).cells().len(), 100_000);
+    let expected = "x.toml:2:1: sweep must make at most 100000 cells, got 110000";
+    assert_eq!(open(&text(11), &[]).unwrap_err(), expected);
+}
+
+#[test]
+fn every_key_stands_in_the_documentation() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/experiment-files.md");
+    let page = fs::read_to_string(page).unwrap();
+    let texts = [
+        "",
+        "reward = { mix.kind = 'linear', extrinsic.kind = 'turning' }\nlearning.optimiser = 'adam'",
+        "reward = { mix.xi = 1, intrinsic.kind = 'none' }\nlearning.optimiser = 'rprop'",
+        "description = 'x'\nreward.mix.schedule = [[0, 1]]",
+    ];
+    for text in texts {
+        let experiment = experiment(&format!("model = 'm'\n{text}"));
+        for (key, _) in leaves::leaves(&leaves::table(&experiment)) {
+            assert!(page.contains(&format!("| `{key}` |")), "docs/experiment-files.md lacks {key}");
+        }
+    }
+}

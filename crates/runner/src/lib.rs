@@ -1,0 +1,16 @@
+//! The lab: experiments from files, trained, recorded, resumed.
+
+#![forbid(unsafe_code)]
+
+pub mod cli;
+pub mod commands;
+pub mod experiment;
+pub mod gait;
+pub mod progress;
+pub mod reward;
+pub mod rollout;
+pub mod session;
+pub mod store;
+pub mod training;
+
+mod rules;

@@ -1,0 +1,181 @@
+//! How training goes, for whoever waits: bars in a terminal, now and then a line elsewhere.
+
+use std::{
+    collections::BTreeMap,
+    io::{IsTerminal, Write, stderr},
+    sync::{Mutex, PoisonError},
+    time::{Duration, Instant},
+};
+
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+
+use crate::{
+    store::{Header, Row},
+    training::{Ending, Lab, LabCell, Observer},
+};
+
+/// Between two lines where there's no terminal.
+const LINE_EVERY: Duration = Duration::from_secs(10);
+
+/// A line for people, on standard error. That nobody reads it is no reason to stop.
+pub fn tell(text: impl std::fmt::Display) {
+    let _ = writeln!(stderr(), "{text}");
+}
+
+/// An observer for these cells of a run.
+pub fn observer<'a>(lab: &Lab, cells: impl IntoIterator<Item = &'a LabCell>) -> Box<dyn Observer> {
+    let mut work = Work::default();
+    for cell in cells {
+        let learning = &cell.cell.experiment.learning;
+        let saved = Header::read(&cell.folder.checkpoint()).ok().flatten();
+        work.total += learning.updates * learning.steps_per_update;
+        work.done += saved.map_or(0, |header| header.control_steps);
+        work.n_cells += 1;
+    }
+    let name = lab.run().folder().display().to_string();
+    match stderr().is_terminal() {
+        true => Box::new(Bars::new(&name, &work)),
+        false => Box::new(Lines::new(name, work)),
+    }
+}
+
+/// In control steps.
+#[derive(Clone, Copy, Debug, Default)]
+struct Work {
+    total: u64,
+    done: u64,
+    n_cells: usize,
+}
+
+fn name(cell: &LabCell) -> String {
+    cell.cell.folder().display().to_string()
+}
+
+/// `update 120/300  R 1.2e-5  R_MI 0.031 nats  R_Loc 0.0042 m`
+fn values(cell: &LabCell, row: &Row) -> String {
+    format!(
+        "update {}/{}  R {:+.1e}  R_MI {:.3} nats  R_Loc {:+.4} m",
+        row.update,
+        cell.cell.experiment.learning.updates,
+        row.reward,
+        row.information_nats,
+        row.locomotion_m
+    )
+}
+
+/// An overall bar, and a line for each cell at work.
+struct Bars {
+    bars: MultiProgress,
+    overall: ProgressBar,
+    cells: Mutex<BTreeMap<usize, ProgressBar>>,
+}
+
+impl Bars {
+    fn new(name: &str, work: &Work) -> Self {
+        let bars = MultiProgress::new();
+        let overall = bars.add(ProgressBar::new(work.total));
+        // The template is right: a test draws it.
+        let style = ProgressStyle::with_template(
+            "{msg} {bar:30} {percent:>3} %  {per_sec} control steps/s  {eta} left",
+        );
+        overall.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()).with_key(
+            "per_sec",
+            |state: &indicatif::ProgressState, out: &mut dyn std::fmt::Write| {
+                let _ = write!(out, "{:.0}", state.per_sec());
+            },
+        ));
+        overall.set_message(name.to_owned());
+        overall.set_position(work.done);
+        overall.reset_eta();
+        overall.enable_steady_tick(Duration::from_millis(500));
+        Self { bars, overall, cells: Mutex::default() }
+    }
+
+    fn cell(&self, cell: &LabCell) -> Option<ProgressBar> {
+        let cells = self.cells.lock().unwrap_or_else(PoisonError::into_inner);
+        cells.get(&cell.cell.index).cloned()
+    }
+}
+
+impl Observer for Bars {
+    fn begin(&self, cell: &LabCell, updates: u64) {
+        let line = self.bars.add(ProgressBar::no_length());
+        line.set_style(
+            ProgressStyle::with_template("  {prefix}  {wide_msg}")
+                .unwrap_or_else(|_| ProgressStyle::default_bar()),
+        );
+        line.set_prefix(name(cell));
+        line.set_message(format!("update {updates}/{}", cell.cell.experiment.learning.updates));
+        let mut cells = self.cells.lock().unwrap_or_else(PoisonError::into_inner);
+        cells.insert(cell.cell.index, line);
+    }
+
+    fn row(&self, cell: &LabCell, row: &Row) {
+        self.overall.inc(cell.cell.experiment.learning.steps_per_update);
+        if let Some(line) = self.cell(cell) {
+            line.set_message(values(cell, row));
+        }
+    }
+
+    fn end(&self, cell: &LabCell, _: &Ending) {
+        if let Some(line) = self.cell(cell) {
+            line.finish_and_clear();
+        }
+    }
+}
+
+impl Drop for Bars {
+    fn drop(&mut self) {
+        self.overall.abandon();
+    }
+}
+
+/// A line every few seconds, and one when a cell ends.
+struct Lines {
+    name: String,
+    start: Instant,
+    at_start: u64,
+    state: Mutex<(Work, Instant)>,
+}
+
+impl Lines {
+    fn new(name: String, work: Work) -> Self {
+        let now = Instant::now();
+        Self { name, start: now, at_start: work.done, state: Mutex::new((work, now)) }
+    }
+}
+
+impl Observer for Lines {
+    fn begin(&self, _: &LabCell, _: u64) {}
+
+    fn row(&self, cell: &LabCell, row: &Row) {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let (work, last) = &mut *state;
+        work.done += cell.cell.experiment.learning.steps_per_update;
+        if last.elapsed() < LINE_EVERY {
+            return;
+        }
+        *last = Instant::now();
+        let rate = (work.done - self.at_start) as f64 / self.start.elapsed().as_secs_f64();
+        let left = work.total.saturating_sub(work.done) as f64 / rate;
+        tell(format_args!(
+            "{}: {:.1} % of {} cells, {rate:.0} control steps/s, {:.0} s left; {}: {}",
+            self.name,
+            100.0 * work.done as f64 / work.total as f64,
+            work.n_cells,
+            left,
+            name(cell),
+            values(cell, row)
+        ));
+    }
+
+    fn end(&self, cell: &LabCell, ending: &Ending) {
+        let how = match ending {
+            Ending::Done => "done",
+            Ending::Stopped => "stopped",
+            Ending::Failed(_) => "failed",
+            Ending::Broken(_) => "broken",
+        };
+        tell(format_args!("{}: {}: {how}", self.name, name(cell)));
+    }
+}

@@ -1,0 +1,28 @@
+//! Extrinsic rewards: the task.
+
+mod locomotion;
+mod turning;
+
+pub use locomotion::LocomotionSettings;
+pub use turning::TurningSettings;
+
+use super::{Step, kinds::kinds};
+
+/// A task.
+pub trait Extrinsic {
+    /// What a control step achieved, in the task's own unit.
+    fn raw(&self, step: &Step<'_>) -> f64;
+
+    /// What `raw` is multiplied by, for a maximum of about 0.1. `locomotion_scale` is the model's
+    /// own factor for metres of locomotion.
+    fn factor(&self, locomotion_scale: f64) -> f64;
+}
+
+kinds! {
+    /// The task, with its settings: the list of all there are.
+    ExtrinsicSettings, dyn Extrinsic, "reward.extrinsic":
+    /// Displacement along the heading.
+    "locomotion" => Locomotion(LocomotionSettings),
+    /// Turning to the left.
+    "turning" => Turning(TurningSettings),
+}

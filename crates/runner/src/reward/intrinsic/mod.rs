@@ -1,0 +1,61 @@
+//! Intrinsic rewards: the information in the robot's own readings.
+
+mod mutual_information;
+mod none;
+
+pub use mutual_information::{Grouping, MutualInformationSettings, Sensors};
+pub use none::NoneSettings;
+
+use std::fmt::Debug;
+
+use super::{Error, SensorLayout, kinds::kinds};
+
+/// Makes an intrinsic reward of its settings.
+pub trait Build {
+    /// For readings of this layout, before the first.
+    ///
+    /// # Errors
+    /// Settings that don't fit the layout.
+    fn build(&self, layout: &SensorLayout) -> Result<Box<dyn Intrinsic>, Error>;
+}
+
+/// Hears of readings and tells what they are worth.
+pub trait Intrinsic: Debug + Send {
+    /// Takes in the next reading: each sensor's bin, `[n_sensors]`.
+    ///
+    /// # Errors
+    /// A reading that doesn't fit the layout.
+    fn push(&mut self, bins: &[u64]) -> Result<(), Error>;
+
+    /// What the newest reading is worth; 0 as long as there are too few.
+    fn value(&self) -> Value;
+
+    /// All that changes, for [`Intrinsic::restore`].
+    fn save(&self) -> Vec<u64>;
+
+    /// Goes back to a state with the same settings and layout.
+    ///
+    /// # Errors
+    /// A state of others. Nothing has changed then.
+    fn restore(&mut self, state: &[u64]) -> Result<(), Error>;
+}
+
+/// What a reading is worth.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Value {
+    /// By observed frequencies, the mean over sensors or groups; never negative.
+    pub nats: f64,
+    /// Less its bias, by Miller and Madow.
+    pub nats_corrected: f64,
+    /// As it's mixed; never negative.
+    pub scaled: f64,
+}
+
+kinds! {
+    /// The information, with its settings: the list of all there are.
+    IntrinsicSettings, dyn Build, "reward.intrinsic":
+    /// Mutual information of successive readings.
+    "mutual_information" => MutualInformation(MutualInformationSettings),
+    /// Nothing: the task alone.
+    "none" => None(NoneSettings),
+}

@@ -1,0 +1,109 @@
+//! Rewards: a task, the information in the robot's own sensors, and what mixes the two.
+//!
+//! ```text
+//! r = scale (mix(e, i) - penalty n)
+//! ```
+//!
+//! with the extrinsic part e, the intrinsic part i, both made to have a maximum of about 0.1, and n
+//! penalised parts that touch something. So `scale` changes the scale of r and nothing else. The
+//! reward is that of G. Montúfar, K. Ghazi-Zahedi and N. Ay, *Information theoretically aided
+//! reinforcement learning for embodied agents* (2016), with each part to be chosen from a list.
+
+mod error;
+pub mod extrinsic;
+pub mod intrinsic;
+mod kinds;
+mod layout;
+pub mod mix;
+mod settings;
+mod terms;
+
+pub use error::Error;
+pub use layout::{Group, SensorLayout, Step};
+pub use settings::RewardSettings;
+pub use terms::Terms;
+
+use intrinsic::Intrinsic;
+
+/// What both parts of a reward are made to have as their maximum, about.
+pub const NOMINAL_MAXIMUM: f64 = 0.1;
+
+/// A reward at work.
+#[derive(Debug)]
+pub struct Reward {
+    settings: RewardSettings,
+    /// Of the extrinsic part.
+    factor: f64,
+    intrinsic: Box<dyn Intrinsic>,
+}
+
+impl Reward {
+    /// For readings of this layout; `locomotion_scale` is the model's own factor for metres of
+    /// locomotion in a control step.
+    ///
+    /// # Errors
+    /// Settings that don't fit the layout.
+    pub fn new(
+        settings: &RewardSettings,
+        layout: &SensorLayout,
+        locomotion_scale: f64,
+    ) -> Result<Self, Error> {
+        Ok(Self {
+            factor: settings.extrinsic.get().factor(locomotion_scale),
+            intrinsic: settings.intrinsic.get().build(layout)?,
+            settings: settings.clone(),
+        })
+    }
+
+    /// Takes in the first reading, which no action led to: each sensor's bin, `[n_sensors]`.
+    ///
+    /// # Errors
+    /// A reading that doesn't fit the layout.
+    pub fn begin(&mut self, bins: &[u64]) -> Result<(), Error> {
+        self.intrinsic.push(bins)
+    }
+
+    /// The reward of a control step, after so many updates of the policy.
+    ///
+    /// # Errors
+    /// A reading that doesn't fit the layout; a term that isn't finite.
+    pub fn evaluate(&mut self, step: &Step<'_>, update: u64) -> Result<Terms, Error> {
+        self.intrinsic.push(step.bins)?;
+        let RewardSettings { extrinsic, mix, scale, penalty, .. } = &self.settings;
+        let information = self.intrinsic.value();
+        let extrinsic_raw = extrinsic.get().raw(step);
+        let extrinsic = self.factor * extrinsic_raw;
+        let xi = mix.get().xi().at(update);
+        let penalty = scale * penalty * step.penalised_contacts as f64;
+        let terms = Terms {
+            reward: scale * mix.get().mix(xi, extrinsic, information.scaled) - penalty,
+            extrinsic_raw,
+            extrinsic,
+            intrinsic_nats: information.nats,
+            intrinsic_nats_corrected: information.nats_corrected,
+            intrinsic: information.scaled,
+            penalty,
+            xi,
+        };
+        terms.check()?;
+        Ok(terms)
+    }
+
+    /// All that changes, for [`Reward::restore`].
+    #[must_use]
+    pub fn save(&self) -> Vec<u64> {
+        self.intrinsic.save()
+    }
+
+    /// Goes back to a state of a reward with the same settings and layout, and continues with the
+    /// same bits.
+    ///
+    /// # Errors
+    /// A state of another one. The reward is then as before.
+    pub fn restore(&mut self, state: &[u64]) -> Result<(), Error> {
+        self.intrinsic.restore(state)
+    }
+}
+
+#[cfg(test)]
+mod tests;

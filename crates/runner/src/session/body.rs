@@ -1,0 +1,178 @@
+//! The robot in its world, as a cell has it: what is moved by targets and felt in readings.
+
+use std::time::{Duration, Instant};
+
+use bullet::{SolverMode, World, WorldSettings};
+use nalgebra::{Point3, Vector3};
+use svenja::{Morphology, Readings, Robot, add_ground};
+
+use crate::experiment::Experiment;
+
+/// A robot on the ground of a world of its own.
+#[derive(Debug)]
+pub struct Body {
+    world: World,
+    robot: Robot,
+    readings: Readings,
+    /// Physics steps in a control step.
+    n_physics_steps: u64,
+    /// Physics steps from one recorded pose to the next.
+    pose_every: u64,
+    n_bodies: usize,
+    /// `[frames_per_step x n_bodies x 7]`, of the last control step.
+    poses: Vec<f32>,
+    /// Spent in Bullet's steps, for `itarl bench`; no result knows it.
+    physics_time: Duration,
+}
+
+impl Body {
+    /// The robot where its model starts.
+    ///
+    /// # Errors
+    /// What the world refuses.
+    pub fn new(experiment: &Experiment, morphology: &Morphology) -> Result<Self, svenja::Error> {
+        let physics = &experiment.physics;
+        let warm = SolverMode::WARM_STARTING;
+        let mode = SolverMode::default();
+        let mut world = World::new(&WorldSettings {
+            time_step: 1.0 / physics.frequency_hz,
+            iterations: physics.iterations,
+            solver_mode: if physics.warm_starting { mode | warm } else { mode - warm },
+            ..WorldSettings::default()
+        })?;
+        add_ground(&mut world)?;
+        let robot = Robot::spawn(morphology, &mut world)?;
+        let mut body = Self {
+            world,
+            robot,
+            readings: Readings::default(),
+            n_physics_steps: experiment.physics_steps_per_control_step(),
+            pose_every: experiment.record.pose_every,
+            n_bodies: morphology.bodies().len(),
+            poses: Vec::new(),
+            physics_time: Duration::ZERO,
+        };
+        body.sense()?;
+        Ok(body)
+    }
+
+    /// Holds targets, `[n_actuators]`, for a control step, and feels what came of it.
+    ///
+    /// # Errors
+    /// Targets that aren't; [`svenja::Error::BlewUp`].
+    pub fn hold(&mut self, targets: &[f64]) -> Result<(), svenja::Error> {
+        self.robot.actuate(targets)?;
+        self.poses.clear();
+        for step in 1..=self.n_physics_steps {
+            self.robot.drive(&mut self.world)?;
+            let start = Instant::now();
+            self.world.step().map_err(|error| self.robot.explain(error))?;
+            self.physics_time += start.elapsed();
+            if step % self.pose_every == 0 {
+                self.robot.look(&self.world)?;
+                self.record_poses();
+            }
+        }
+        self.sense()
+    }
+
+    fn sense(&mut self) -> Result<(), svenja::Error> {
+        self.robot.sense(&self.world, &mut self.readings)
+    }
+
+    fn record_poses(&mut self) {
+        for part in 0..self.n_bodies {
+            let pose = self.robot.pose(part);
+            let (t, q) = (pose.translation.vector, pose.rotation.coords);
+            self.poses.extend([t.x, t.y, t.z, q.x, q.y, q.z, q.w].map(|value| value as f32));
+        }
+    }
+
+    /// Spent in Bullet's steps so far.
+    #[must_use]
+    pub fn physics_time(&self) -> Duration {
+        self.physics_time
+    }
+
+    /// Recorded poses of a control step.
+    #[must_use]
+    pub fn frames_per_step(&self) -> usize {
+        (self.n_physics_steps / self.pose_every) as usize
+    }
+
+    /// `[frames_per_step x n_bodies x 7]`, of the last control step: x y z in m, quaternion x y z w.
+    #[must_use]
+    pub fn poses(&self) -> &[f32] {
+        &self.poses
+    }
+
+    /// The newest readings.
+    #[must_use]
+    pub fn readings(&self) -> &Readings {
+        &self.readings
+    }
+
+    /// Of the whole robot, in m.
+    #[must_use]
+    pub fn centre_of_gravity_m(&self) -> Point3<f64> {
+        self.robot.centre_of_gravity_m()
+    }
+
+    /// The heading axis in space.
+    #[must_use]
+    pub fn heading(&self) -> Vector3<f64> {
+        self.robot.heading()
+    }
+
+    /// Penalised parts that touch something.
+    #[must_use]
+    pub fn n_penalised_contacts(&self) -> usize {
+        self.robot.n_penalised_contacts()
+    }
+
+    /// Which bodies touch something, 1 or 0 each, in the model's order.
+    pub fn contacts(&self) -> impl Iterator<Item = u8> + '_ {
+        (0..self.n_bodies).map(|part| u8::from(self.robot.touches(part)))
+    }
+
+    /// The world's state, for [`Body::restore`].
+    ///
+    /// # Errors
+    /// A world that blew up.
+    pub fn save(&mut self) -> Result<Vec<u8>, bullet::Error> {
+        let mut bytes = Vec::new();
+        self.world.snapshot(&mut bytes)?;
+        Ok(bytes)
+    }
+
+    /// Goes on from a saved state, with the same bits.
+    ///
+    /// # Errors
+    /// Bytes of another world.
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), svenja::Error> {
+        self.world.restore(bytes)?;
+        self.sense()
+    }
+}
+
+/// How far a heading turned to the left, in rad, seen from above.
+#[must_use]
+pub fn turned(from: &Vector3<f64>, to: &Vector3<f64>) -> f64 {
+    libm::atan2(from.x * to.y - from.y * to.x, from.x * to.x + from.y * to.y)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_4;
+
+    use super::*;
+
+    #[test]
+    fn turning_left_is_positive() {
+        let x = Vector3::x();
+        // A rounding.
+        assert!((turned(&x, &Vector3::new(1.0, 1.0, 5.0)) - FRAC_PI_4).abs() < 1e-15);
+        assert!(turned(&x, &Vector3::new(1.0, -0.1, 0.0)) < 0.0);
+        assert_eq!(turned(&x, &x), 0.0);
+    }
+}

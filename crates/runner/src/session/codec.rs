@@ -1,0 +1,176 @@
+//! Readings to bits and bits to targets: rows 2 and 4 of a control step.
+//!
+//! ```text
+//! bin = floor(n (v + 1)/2), within 0..n-1        n = 2^B bins for a value v from -1 to 1
+//! v   = 2 (bin + 1/2)/n - 1                      the bin's centroid
+//! ```
+//!
+//! A bin is written in B bits, big-endian. A contact is one bit as it is. The policy's inputs are the
+//! last k+1 readings' bits, the oldest first; before there are so many, the first stands in for
+//! those before it.
+
+use infotheory::{Binning, Error};
+
+/// Shapes of what the policy sees and does, and the readings that it remembers.
+#[derive(Clone, Debug)]
+pub struct Codec {
+    sensor: Binning,
+    actuator: Binning,
+    n_positions: usize,
+    n_contacts: usize,
+    /// `[n_positions + n_contacts]`: of the newest reading.
+    bins: Vec<u64>,
+    /// `[(memory + 1) x bits of a reading]`
+    inputs: Vec<bool>,
+    begun: bool,
+}
+
+/// What a [`Codec`] is made for.
+#[derive(Clone, Copy, Debug)]
+pub struct CodecShape {
+    /// B for positions.
+    pub sensor_bits: u32,
+    /// B for targets.
+    pub actuator_bits: u32,
+    /// Earlier readings that the policy sees, k.
+    pub memory: usize,
+    /// Sensors of positions.
+    pub n_positions: usize,
+    /// Sensors of contacts.
+    pub n_contacts: usize,
+}
+
+impl Codec {
+    /// Before the first reading.
+    ///
+    /// # Errors
+    /// More bits than a bin can have.
+    pub fn new(shape: &CodecShape) -> Result<Self, Error> {
+        let &CodecShape { sensor_bits, actuator_bits, memory, n_positions, n_contacts } = shape;
+        let bits_of_reading = n_positions * sensor_bits as usize + n_contacts;
+        Ok(Self {
+            sensor: Binning::new(sensor_bits)?,
+            actuator: Binning::new(actuator_bits)?,
+            n_positions,
+            n_contacts,
+            bins: vec![0; n_positions + n_contacts],
+            inputs: vec![false; (memory + 1) * bits_of_reading],
+            begun: false,
+        })
+    }
+
+    /// Takes in a reading: positions, then contacts.
+    ///
+    /// # Errors
+    /// A reading of another length, or with NaN.
+    pub fn encode(&mut self, reading: &[f64]) -> Result<(), Error> {
+        let (positions, contacts) = reading.split_at(self.n_positions.min(reading.len()));
+        let n = self.n_positions * self.sensor.bits() as usize + self.n_contacts;
+        self.inputs.rotate_left(n);
+        let start = self.inputs.len() - n;
+        let (bins_of_positions, bins_of_contacts) = self.bins.split_at_mut(self.n_positions);
+        let newest = &mut self.inputs[start..];
+        let (of_positions, of_contacts) = newest.split_at_mut(n - self.n_contacts);
+        self.sensor.bins(positions, bins_of_positions)?;
+        self.sensor.encode(positions, of_positions)?;
+        for ((bit, bin), &contact) in of_contacts.iter_mut().zip(bins_of_contacts).zip(contacts) {
+            *bit = contact > 0.5;
+            *bin = u64::from(*bit);
+        }
+        if !self.begun {
+            self.begun = true;
+            let (earlier, newest) = self.inputs.split_at_mut(start);
+            earlier.chunks_mut(n.max(1)).for_each(|reading| reading.copy_from_slice(newest));
+        }
+        Ok(())
+    }
+
+    /// The newest reading's bins, `[n_positions + n_contacts]`.
+    #[must_use]
+    pub fn bins(&self) -> &[u64] {
+        &self.bins
+    }
+
+    /// What the policy sees, `[n_inputs]`.
+    #[must_use]
+    pub fn inputs(&self) -> &[bool] {
+        &self.inputs
+    }
+
+    /// B for targets.
+    #[must_use]
+    pub fn actuator_bits(&self) -> u32 {
+        self.actuator.bits()
+    }
+
+    /// Targets, `[n_actuators]`, from the bits of an action, `[n_actuators x bits]`.
+    ///
+    /// # Errors
+    /// Slices that don't fit each other.
+    pub fn decode(&self, action: &[bool], targets: &mut [f64]) -> Result<(), Error> {
+        self.actuator.decode(action, targets)
+    }
+
+    /// Goes back to inputs that [`Codec::inputs`] gave, `[n_inputs]`. The next reading gives the
+    /// bins.
+    pub fn restore(&mut self, inputs: &[bool]) {
+        self.begun = true;
+        self.inputs.copy_from_slice(inputs);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn codec(sensor_bits: u32, memory: usize) -> Codec {
+        let shape =
+            CodecShape { sensor_bits, actuator_bits: 2, memory, n_positions: 2, n_contacts: 1 };
+        Codec::new(&shape).unwrap()
+    }
+
+    fn bits(text: &str) -> Vec<bool> {
+        text.chars().filter(|c| *c != ' ').map(|c| c == '1').collect()
+    }
+
+    #[test]
+    fn positions_and_contacts_become_bits() {
+        let mut codec = codec(2, 0);
+        codec.encode(&[-1.0, 0.3, 1.0]).unwrap();
+        assert_eq!(codec.bins(), [0, 2, 1]);
+        assert_eq!(codec.inputs(), bits("00 10 1"));
+        let mut targets = [0.0; 2];
+        codec.decode(&bits("01 11"), &mut targets).unwrap();
+        assert_eq!(targets, [-0.25, 0.75]);
+    }
+
+    #[test]
+    fn memory_keeps_readings_oldest_first() {
+        let mut codec = codec(1, 2);
+        codec.encode(&[0.5, -0.5, 0.0]).unwrap();
+        assert_eq!(codec.inputs(), bits("100 100 100"));
+        codec.encode(&[0.5, 0.5, 1.0]).unwrap();
+        codec.encode(&[-0.5, -0.5, 0.0]).unwrap();
+        assert_eq!(codec.inputs(), bits("100 111 000"));
+        codec.encode(&[-0.5, 0.5, 0.0]).unwrap();
+        assert_eq!(codec.inputs(), bits("111 000 010"));
+    }
+
+    #[test]
+    fn goes_on_from_restored_inputs() {
+        let (mut one, mut other) = (codec(1, 1), codec(1, 1));
+        one.encode(&[0.5, -0.5, 1.0]).unwrap();
+        other.restore(one.inputs());
+        for codec in [&mut one, &mut other] {
+            codec.encode(&[-0.5, -0.5, 0.0]).unwrap();
+        }
+        assert_eq!(one.inputs(), other.inputs());
+        assert_eq!(one.bins(), other.bins());
+    }
+
+    #[test]
+    fn misfits_are_refused() {
+        assert!(codec(1, 0).encode(&[0.0]).is_err());
+        assert!(codec(1, 0).encode(&[0.0, f64::NAN, 0.0]).is_err());
+    }
+}

@@ -1,0 +1,35 @@
+//! Why a cell can't begin, or ends.
+
+/// What went wrong in a cell.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// Settings that don't fit the model.
+    #[error("{key}: {message}")]
+    Misfit {
+        /// The setting.
+        key: &'static str,
+        /// What doesn't fit.
+        message: String,
+    },
+    /// A cell that blew up: it can't go on.
+    #[error("control step {step} (update {update}): {message}")]
+    BlewUp {
+        /// Control steps done, with this one, settling not counted.
+        step: u64,
+        /// The update that it would have led to, from 1.
+        update: u64,
+        /// What blew up, and where.
+        message: String,
+    },
+    /// A checkpoint's section that doesn't fit the cell.
+    #[error("the checkpoint's section '{section}' doesn't fit: {message}")]
+    Checkpoint {
+        /// Its name.
+        section: &'static str,
+        /// What is wrong with it.
+        message: String,
+    },
+    /// Building the cell.
+    #[error("building the cell: {0}")]
+    Build(String),
+}

@@ -1,0 +1,351 @@
+//! A cell alive: a robot, a policy, and what makes the policy better.
+//!
+//! [`Session::control_step`] is one step of the loop, row by row as in ARCHITECTURE.md;
+//! [`Session::update`] is a loop of T of them and a step of the optimiser.
+
+mod body;
+mod codec;
+mod error;
+mod machine;
+mod state;
+mod tally;
+mod wind;
+
+use std::time::{Duration, Instant};
+
+use crbm::{ChainRng, Policy, Sampling};
+use gpomdp::{Estimator, EstimatorSettings, Optimiser};
+use nalgebra::{Point3, Vector3};
+use svenja::Morphology;
+
+pub use body::{Body, turned};
+pub use codec::{Codec, CodecShape};
+pub use error::Error;
+pub use wind::Wind;
+
+use crate::{
+    experiment::Experiment,
+    reward::{Group, Reward, SensorLayout, Step, Terms},
+    store::{Layout, Recording, Ring, Row, Step as Recorded},
+};
+use tally::Tally;
+
+/// One training instance at work.
+pub struct Session {
+    steps_per_update: u64,
+    body: Body,
+    codec: Codec,
+    policy: Policy,
+    /// theta, `[n_parameters]`.
+    parameters: Vec<f64>,
+    chains: ChainRng,
+    wind: Wind,
+    reward: Reward,
+    estimator: Estimator,
+    optimiser: Box<dyn Optimiser>,
+    ring: Ring,
+    tally: Tally,
+    /// Control steps done, settling not counted.
+    steps: u64,
+    updates: u64,
+    centre_of_gravity_m: Point3<f64>,
+    heading: Vector3<f64>,
+    buffers: Buffers,
+    /// Spent in the policy's act and score, for `itarl bench`; no result knows it.
+    policy_time: Duration,
+}
+
+/// What passes from row to row of a control step.
+struct Buffers {
+    /// The policy's own output, `[n_outputs]`.
+    output: Vec<bool>,
+    /// What is executed of it, `[n_outputs]`.
+    action: Vec<bool>,
+    /// `[n_actuators]`
+    targets: Vec<f64>,
+    /// `[n_parameters]`
+    score: Vec<f64>,
+    /// For the record: `[n_sensors]`, `[n_actuators]`, `[n_bodies]`.
+    recorded: (Vec<f32>, Vec<f32>, Vec<u8>),
+}
+
+impl Session {
+    /// A cell before its first control step: built, dropped and settled.
+    ///
+    /// # Errors
+    /// Settings that don't fit the model; a robot that blows up while it settles.
+    pub fn start(
+        experiment: &Experiment,
+        morphology: &Morphology,
+        seed: u64,
+    ) -> Result<Self, Error> {
+        let mut session = Self::build(experiment, morphology, seed)?;
+        let neutral = vec![0.0; session.buffers.targets.len()];
+        for _ in 0..experiment.control.settle_steps {
+            session.body.hold(&neutral).map_err(|error| session.blew_up(error))?;
+        }
+        session.begin()?;
+        Ok(session)
+    }
+
+    /// A cell that hasn't moved yet.
+    ///
+    /// # Errors
+    /// Settings that don't fit the model.
+    pub fn build(
+        experiment: &Experiment,
+        morphology: &Morphology,
+        seed: u64,
+    ) -> Result<Self, Error> {
+        let build = |error: &dyn std::fmt::Display| Error::Build(error.to_string());
+        let body = Body::new(experiment, morphology).map_err(|error| build(&error))?;
+        let codec = Codec::new(&codec_shape(experiment, morphology)).map_err(|e| build(&e))?;
+        let layout = machine::layout(experiment, morphology, codec.inputs().len())?;
+        let parameters = layout
+            .random_parameters(experiment.policy.initial_scale, seed, "start")
+            .map_err(|error| build(&error))?;
+        let sampling = Sampling {
+            gibbs_updates: experiment.policy.gibbs_updates,
+            samples: experiment.policy.samples,
+        };
+        let policy = Policy::new(layout, sampling, &parameters).map_err(|error| build(&error))?;
+        let sensors = sensor_layout(experiment, morphology);
+        let reward = Reward::new(&experiment.reward, &sensors, morphology.locomotion_scale())
+            .map_err(|error| build(&error))?;
+        let learning = &experiment.learning;
+        let estimator =
+            EstimatorSettings { discount: learning.discount, baseline_factor: learning.baseline };
+        let n = parameters.len();
+        let ring_layout = recorded_layout(experiment, morphology, body.frames_per_step());
+        let wind = &experiment.perturbation;
+        Ok(Self {
+            steps_per_update: learning.steps_per_update,
+            wind: Wind::new(wind.every, wind.length, wind.flip_probability, seed),
+            estimator: Estimator::new(n, &estimator).map_err(|error| build(&error))?,
+            optimiser: learning.optimiser.build(n).map_err(|error| build(&error))?,
+            ring: Ring::new(ring_layout, experiment.record.steps as usize)
+                .map_err(|e| build(&e))?,
+            chains: policy.rng(seed, "policy"),
+            centre_of_gravity_m: body.centre_of_gravity_m(),
+            heading: body.heading(),
+            tally: Tally::default(),
+            steps: 0,
+            updates: 0,
+            policy_time: Duration::ZERO,
+            buffers: Buffers {
+                output: vec![false; policy.layout().n_outputs()],
+                action: vec![false; policy.layout().n_outputs()],
+                targets: vec![0.0; morphology.actuators().len()],
+                score: vec![0.0; n],
+                recorded: Default::default(),
+            },
+            body,
+            codec,
+            policy,
+            parameters,
+            reward,
+        })
+    }
+
+    /// Takes in the first reading.
+    fn begin(&mut self) -> Result<(), Error> {
+        self.codec.encode(&self.body.readings().values).map_err(|error| self.blew_up(error))?;
+        self.reward.begin(self.codec.bins()).map_err(|error| self.blew_up(error))?;
+        self.look();
+        Ok(())
+    }
+
+    fn look(&mut self) {
+        self.centre_of_gravity_m = self.body.centre_of_gravity_m();
+        self.heading = self.body.heading();
+    }
+
+    /// T control steps, a step of the optimiser, and the row that tells of them.
+    ///
+    /// # Errors
+    /// [`Error::BlewUp`]: the cell can't go on.
+    pub fn update(&mut self) -> Result<Row, Error> {
+        self.tally = Tally::begin(self.centre_of_gravity_m);
+        for _ in 0..self.steps_per_update {
+            self.control_step()?;
+        }
+        self.learn().map_err(|error| self.blew_up(error))?;
+        Ok(self.row())
+    }
+
+    /// One control step: readings to action, action to world, world to reward.
+    ///
+    /// # Errors
+    /// [`Error::BlewUp`]: the cell can't go on.
+    pub fn control_step(&mut self) -> Result<(), Error> {
+        self.act().map_err(|error| self.blew_up(error))?;
+        self.body.hold(&self.buffers.targets).map_err(|error| self.blew_up(error))?;
+        let terms = self.judge().map_err(|error| self.blew_up(error))?;
+        let score = &self.buffers.score;
+        let accumulated = self.estimator.accumulate(score, terms.reward);
+        accumulated.map_err(|error| self.blew_up(error))?;
+        self.record(&terms).map_err(|error| self.blew_up(error))?;
+        self.steps += 1;
+        Ok(())
+    }
+
+    /// Rows 2 to 4: bits of the readings, bits of the action with its score, targets.
+    fn act(&mut self) -> anyhow::Result<()> {
+        let Buffers { output, action, targets, score, .. } = &mut self.buffers;
+        let start = Instant::now();
+        self.policy.act_and_score(self.codec.inputs(), &mut self.chains, output, score)?;
+        self.policy_time += start.elapsed();
+        action.copy_from_slice(output);
+        self.wind.perturb(self.steps, action);
+        self.codec.decode(action, targets)?;
+        Ok(())
+    }
+
+    /// Rows 6 and 7: the new readings and what they are worth.
+    fn judge(&mut self) -> anyhow::Result<Terms> {
+        self.codec.encode(&self.body.readings().values)?;
+        let (position, heading) = (self.body.centre_of_gravity_m(), self.body.heading());
+        let moved = position - self.centre_of_gravity_m;
+        let step = Step {
+            bins: self.codec.bins(),
+            advance_m: moved.xy().dot(&heading.xy()),
+            heading_change_rad: turned(&self.heading, &heading),
+            penalised_contacts: self.body.n_penalised_contacts(),
+        };
+        let terms = self.reward.evaluate(&step, self.updates)?;
+        self.tally.add(&terms, &step, self.body.readings().n_clipped());
+        (self.centre_of_gravity_m, self.heading) = (position, heading);
+        Ok(terms)
+    }
+
+    /// Row 9, the part that is kept of every step.
+    fn record(&mut self, terms: &Terms) -> anyhow::Result<()> {
+        let (sensors, actions, contacts) = &mut self.buffers.recorded;
+        sensors.clear();
+        sensors.extend(self.body.readings().values.iter().map(|&value| value as f32));
+        actions.clear();
+        actions.extend(self.buffers.targets.iter().map(|&target| target as f32));
+        contacts.clear();
+        contacts.extend(self.body.contacts());
+        self.ring.push(Recorded {
+            poses: self.body.poses(),
+            sensors,
+            actions,
+            contacts,
+            terms: &terms.as_array(),
+        })?;
+        Ok(())
+    }
+
+    /// The one place where parameters change.
+    fn learn(&mut self) -> anyhow::Result<()> {
+        self.tally.gradient_norm = norm(self.estimator.gradient());
+        self.optimiser.update(&mut self.parameters, self.estimator.gradient())?;
+        self.policy.set_parameters(&self.parameters)?;
+        self.estimator.restart();
+        self.updates += 1;
+        Ok(())
+    }
+
+    fn row(&self) -> Row {
+        Row {
+            update: self.updates,
+            control_steps: self.steps,
+            parameter_norm: norm(&self.parameters),
+            ..self.tally.row(self.centre_of_gravity_m, self.steps_per_update)
+        }
+    }
+
+    fn blew_up(&self, error: impl std::fmt::Display) -> Error {
+        Error::BlewUp { step: self.steps + 1, update: self.updates + 1, message: error.to_string() }
+    }
+
+    /// Updates done.
+    #[must_use]
+    pub fn updates(&self) -> u64 {
+        self.updates
+    }
+
+    /// Control steps done, settling not counted.
+    #[must_use]
+    pub fn control_steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// Spent so far in Bullet's steps, and in the policy's act and score.
+    #[must_use]
+    pub fn times(&self) -> [Duration; 2] {
+        [self.body.physics_time(), self.policy_time]
+    }
+
+    /// The policy as a safetensors file.
+    ///
+    /// # Errors
+    /// Parameters that blew up.
+    pub fn policy_file(&self) -> Result<Vec<u8>, Error> {
+        let bytes = self.policy.layout().to_safetensors(&self.parameters);
+        bytes.map_err(|error| self.blew_up(error))
+    }
+
+    /// The last control steps.
+    #[must_use]
+    pub fn recording(&self) -> Recording {
+        self.ring.recording()
+    }
+}
+
+fn norm(values: &[f64]) -> f64 {
+    values.iter().map(|value| value * value).sum::<f64>().sqrt()
+}
+
+/// What the codec is made for.
+#[must_use]
+pub fn codec_shape(experiment: &Experiment, morphology: &Morphology) -> CodecShape {
+    CodecShape {
+        sensor_bits: experiment.codec.sensor_bits,
+        actuator_bits: experiment.codec.actuator_bits,
+        memory: experiment.policy.memory,
+        n_positions: morphology.sensors().len(),
+        n_contacts: morphology.contacts().len(),
+    }
+}
+
+/// What the reward is told of the model.
+#[must_use]
+pub fn sensor_layout(experiment: &Experiment, morphology: &Morphology) -> SensorLayout {
+    let group = |group: &svenja::Group| {
+        let position =
+            |(i, id): (usize, &svenja::AxisId)| group.joints.contains(&id.joint).then_some(i);
+        let contact = |(i, body): (usize, &usize)| group.contacts.contains(body).then_some(i);
+        Group {
+            name: group.name.clone(),
+            positions: morphology.sensors().iter().enumerate().filter_map(position).collect(),
+            contacts: morphology.contacts().iter().enumerate().filter_map(contact).collect(),
+        }
+    };
+    SensorLayout {
+        n_positions: morphology.sensors().len(),
+        n_contacts: morphology.contacts().len(),
+        n_bins: 1 << experiment.codec.sensor_bits,
+        groups: morphology.groups().iter().map(group).collect(),
+    }
+}
+
+fn recorded_layout(
+    experiment: &Experiment,
+    morphology: &Morphology,
+    frames_per_step: usize,
+) -> Layout {
+    let axes = |ids: &[svenja::AxisId]| ids.iter().map(|&id| morphology.axis_name(id)).collect();
+    let bodies: Vec<_> = morphology.bodies().iter().map(|body| body.name.clone()).collect();
+    let contacts = morphology.contacts().iter().map(|&body| bodies[body].clone());
+    let positions: Vec<String> = axes(morphology.sensors());
+    Layout {
+        actuators: axes(morphology.actuators()),
+        frames_per_step,
+        sensors: positions.into_iter().chain(contacts).collect(),
+        terms: Terms::NAMES.map(str::to_owned).into(),
+        seconds_per_frame: experiment.record.pose_every as f64 / experiment.physics.frequency_hz,
+        bodies,
+    }
+}

@@ -1,0 +1,87 @@
+//! The perturbation: now and then some of the policy's output bits are flipped before they are
+//! executed, which the paper likens to a strong wind.
+//!
+//! Whether a bit is flipped in a control step depends on the seed, the step and the bit alone, so
+//! there is nothing to save.
+
+use rand_chacha::{
+    ChaCha8Rng,
+    rand_core::{Rng, SeedableRng},
+};
+use xxhash_rust::xxh3::xxh3_128;
+
+/// Flips bits.
+#[derive(Clone, Debug)]
+pub struct Wind {
+    every: u64,
+    length: u64,
+    /// Of 2^32.
+    threshold: u64,
+    start: ChaCha8Rng,
+}
+
+impl Wind {
+    /// Blows for `length` control steps, from every `every`-th on but not from step 0, and flips a
+    /// bit with a probability. With `every` 0 it never blows.
+    #[must_use]
+    pub fn new(every: u64, length: u64, flip_probability: f64, seed: u64) -> Self {
+        let mut key = [0; 32];
+        key[..8].copy_from_slice(&seed.to_le_bytes());
+        key[16..].copy_from_slice(&xxh3_128(b"perturbation").to_le_bytes());
+        let threshold = (flip_probability * 4_294_967_296.0) as u64;
+        Self { every, length, threshold, start: ChaCha8Rng::from_seed(key) }
+    }
+
+    /// Whether it blows in a control step.
+    #[must_use]
+    pub fn blows(&self, step: u64) -> bool {
+        self.every > 0 && step >= self.every && step % self.every < self.length
+    }
+
+    /// Flips some of an action's bits, if it blows in this control step.
+    pub fn perturb(&self, step: u64, action: &mut [bool]) {
+        if !self.blows(step) {
+            return;
+        }
+        let mut rng = self.start.clone();
+        rng.set_stream(step);
+        for bit in action {
+            *bit ^= u64::from(rng.next_u32()) < self.threshold;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blows_when_it_should() {
+        let wind = Wind::new(1000, 10, 0.1, 1);
+        let blowing: Vec<_> = (0..3000).filter(|&step| wind.blows(step)).collect();
+        let expected: Vec<_> = (1000..1010).chain(2000..2010).collect();
+        assert_eq!(blowing, expected);
+        assert!((0..3000).all(|step| !Wind::new(0, 10, 0.1, 1).blows(step)));
+    }
+
+    /// 24,000 bits: the share of flips is within 5 standard errors, 0.01, of the probability.
+    #[test]
+    fn flips_as_many_as_it_should_and_the_same_again() {
+        let wind = Wind::new(1, 1, 0.1, 7);
+        let count = |wind: &Wind| -> Vec<usize> {
+            let flips = |step| {
+                let mut action = [false; 24];
+                wind.perturb(step, &mut action);
+                action.iter().filter(|&&bit| bit).count()
+            };
+            (1..=1000).map(flips).collect()
+        };
+        let flips = count(&wind);
+        let share = flips.iter().sum::<usize>() as f64 / 24_000.0;
+        assert!((share - 0.1).abs() < 0.01, "{share}");
+        assert_eq!(flips, count(&Wind::new(1, 1, 0.1, 7)));
+        assert_ne!(flips, count(&Wind::new(1, 1, 0.1, 8)));
+        assert_eq!(count(&Wind::new(1, 1, 1.0, 7)), vec![24; 1000]);
+        assert_eq!(count(&Wind::new(1, 1, 0.0, 7)), vec![0; 1000]);
+    }
+}

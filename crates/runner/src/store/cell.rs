@@ -1,0 +1,346 @@
+//! A cell's folder: what one training instance leaves, and in which order it's written.
+//!
+//! [`OpenCell::save`] has the order: first the metrics are forced to the disk, then the checkpoint
+//! that counts on them takes its name, then the exports follow. Killed in between, the older
+//! checkpoint goes on from metrics that are cut back, or the exports are older than the checkpoint
+//! until the next one; after the last one [`OpenCell::export`] makes up for it.
+
+use std::{
+    collections::BTreeMap,
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+use super::{
+    Appended, Checkpoint, Error, Extent, Header, Lock, Row, atomic, atomic::sync_folder, error::At,
+    metrics::header_line,
+};
+
+/// The folder of a cell and the names in it. Nothing needs to be there yet.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CellFolder(PathBuf);
+
+/// What is saved at a checkpoint.
+#[derive(Debug)]
+pub struct Snapshot<'a> {
+    /// Updates done.
+    pub updates: u64,
+    /// Control steps done.
+    pub control_steps: u64,
+    /// The whole state, by parts.
+    pub sections: BTreeMap<String, Vec<u8>>,
+    /// The bytes of `policy.safetensors`, derived from that state.
+    pub policy: &'a [u8],
+    /// The bytes of `replay.safetensors`, derived from that state.
+    pub replay: &'a [u8],
+}
+
+impl CellFolder {
+    /// A folder, there or not.
+    pub fn new(path: impl Into<PathBuf>) -> Self {
+        Self(path.into())
+    }
+
+    /// The folder.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+
+    /// `metrics.csv`
+    #[must_use]
+    pub fn metrics(&self) -> PathBuf {
+        self.0.join("metrics.csv")
+    }
+
+    /// `checkpoint`
+    #[must_use]
+    pub fn checkpoint(&self) -> PathBuf {
+        self.0.join("checkpoint")
+    }
+
+    /// `policy.safetensors`
+    #[must_use]
+    pub fn policy(&self) -> PathBuf {
+        self.0.join("policy.safetensors")
+    }
+
+    /// `replay.safetensors`
+    #[must_use]
+    pub fn replay(&self) -> PathBuf {
+        self.0.join("replay.safetensors")
+    }
+
+    /// `failed`
+    #[must_use]
+    pub fn failed(&self) -> PathBuf {
+        self.0.join("failed")
+    }
+
+    /// `lock`
+    #[must_use]
+    pub fn lock(&self) -> PathBuf {
+        self.0.join("lock")
+    }
+
+    /// Why the cell ended; none if it didn't fail.
+    ///
+    /// # Errors
+    /// If the file is there and can't be read.
+    pub fn failure(&self) -> Result<Option<String>, Error> {
+        let bytes = atomic::read(&self.failed())?;
+        Ok(bytes.map(|bytes| String::from_utf8_lossy(&bytes).trim_end().to_string()))
+    }
+}
+
+/// A cell that this process writes to, alone.
+pub struct OpenCell {
+    folder: CellFolder,
+    identity: u64,
+    metrics: Appended,
+    _lock: Lock,
+}
+
+impl OpenCell {
+    /// Makes the folder if it isn't there, locks it, and opens what is in it: at its checkpoint, or
+    /// at the beginning if there's none. A cell that failed is opened like any other:
+    /// [`CellFolder::failure`] says so.
+    ///
+    /// # Errors
+    /// [`Error::Locked`]; [`Error::Damaged`], [`Error::Version`] or [`Error::OtherCell`], with
+    /// nothing overwritten; what the system refuses.
+    pub fn open(folder: CellFolder, identity: u64) -> Result<(Self, Option<Checkpoint>), Error> {
+        make(folder.path())?;
+        let lock = Lock::acquire(&folder.lock())?;
+        let checkpoint = Checkpoint::read(&folder.checkpoint(), identity)?;
+        let metrics = match &checkpoint {
+            Some(checkpoint) => Appended::open(&folder.metrics(), checkpoint.header.metrics)?,
+            None => begin(&folder)?,
+        };
+        Ok((Self { folder, identity, metrics, _lock: lock }, checkpoint))
+    }
+
+    /// Its folder.
+    #[must_use]
+    pub fn folder(&self) -> &CellFolder {
+        &self.folder
+    }
+
+    /// Adds a row to the metrics. Readers see it at once.
+    ///
+    /// # Errors
+    /// If it can't be written.
+    pub fn append(&mut self, row: &Row) -> Result<(), Error> {
+        let line = row.line().at(&self.folder.metrics(), "putting a row together")?;
+        self.metrics.append(&line)
+    }
+
+    /// Makes a checkpoint, then the exports.
+    ///
+    /// # Errors
+    /// If something can't be written. There's then either the older checkpoint or this one, whole.
+    pub fn save(&mut self, snapshot: Snapshot<'_>) -> Result<(), Error> {
+        let Snapshot { updates, control_steps, sections, policy, replay } = snapshot;
+        let metrics = self.metrics.sync()?;
+        let header = Header { identity: self.identity, updates, control_steps, metrics };
+        Checkpoint { header, sections }.write(&self.folder.checkpoint())?;
+        atomic::write(&self.folder.policy(), policy)?;
+        atomic::write(&self.folder.replay(), replay)
+    }
+
+    /// Replaces the exports that aren't these, which are derived from the checkpoint's state.
+    ///
+    /// # Errors
+    /// If something can't be read or written.
+    pub fn export(&mut self, policy: &[u8], replay: &[u8]) -> Result<(), Error> {
+        for (path, bytes) in [(self.folder.policy(), policy), (self.folder.replay(), replay)] {
+            if atomic::read(&path)?.as_deref() != Some(bytes) {
+                atomic::write(&path, bytes)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Marks the cell as failed, with the reason for a human reader. The rows until then are kept.
+    ///
+    /// # Errors
+    /// If it can't be written.
+    pub fn fail(&mut self, reason: &str) -> Result<(), Error> {
+        self.metrics.sync()?;
+        atomic::write(&self.folder.failed(), format!("{reason}\n").as_bytes())
+    }
+
+    /// Takes the mark away, to try again.
+    ///
+    /// # Errors
+    /// If it can't be taken away.
+    pub fn unfail(&mut self) -> Result<(), Error> {
+        match fs::remove_file(self.folder.failed()) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+            removed => removed.at(&self.folder.failed(), "removing"),
+        }
+    }
+}
+
+/// The folder, with its name and that of the folder around it forced to the disk.
+fn make(folder: &Path) -> Result<(), Error> {
+    if folder.is_dir() {
+        return Ok(());
+    }
+    fs::create_dir_all(folder).at(folder, "making the folder")?;
+    folder
+        .ancestors()
+        .skip(1)
+        .take(3)
+        .filter(|it| !it.as_os_str().is_empty())
+        .try_for_each(sync_folder)
+}
+
+/// Metrics with the first line alone. Exports without a checkpoint aren't a beginning: the
+/// checkpoint was lost, and the rows, which may be all that's left, stay.
+fn begin(folder: &CellFolder) -> Result<Appended, Error> {
+    if let Some(export) = [folder.policy(), folder.replay()].iter().find(|path| path.exists()) {
+        let name = export.file_name().unwrap_or_default().display();
+        let what =
+            format!("missing, though {name} was made from one: put it back, or delete the folder");
+        return Err(Error::damaged(&folder.checkpoint(), what));
+    }
+    let mut metrics = Appended::open(&folder.metrics(), Extent::empty())?;
+    metrics.append(header_line().as_bytes())?;
+    Ok(metrics)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::{read_all, read_last};
+
+    fn row(update: u64) -> Row {
+        Row { update, control_steps: 100 * update, reward: 0.1 / update as f64, ..Row::default() }
+    }
+
+    fn snapshot(updates: u64) -> Snapshot<'static> {
+        let sections = BTreeMap::from([("world".to_string(), vec![updates as u8; 9])]);
+        Snapshot { updates, control_steps: 100 * updates, sections, policy: b"p", replay: b"r" }
+    }
+
+    /// From where it stands to `end`, with a checkpoint every `every` updates and at the end.
+    fn run(folder: &CellFolder, end: u64, every: u64) {
+        let (mut cell, checkpoint) = OpenCell::open(folder.clone(), 7).unwrap();
+        let begin = checkpoint.map_or(0, |checkpoint| checkpoint.header.updates);
+        for update in begin + 1..=end {
+            cell.append(&row(update)).unwrap();
+            if update % every == 0 {
+                cell.save(snapshot(update)).unwrap();
+            }
+        }
+    }
+
+    fn files(folder: &CellFolder) -> Vec<(String, Vec<u8>)> {
+        let entries = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap());
+        let mut files: Vec<_> = entries
+            .map(|it| (it.file_name().into_string().unwrap(), fs::read(it.path()).unwrap()))
+            .collect();
+        files.sort();
+        files
+    }
+
+    fn cells() -> (tempfile::TempDir, [CellFolder; 2]) {
+        let folder = tempfile::tempdir().unwrap();
+        let cells = ["a", "b"].map(|name| CellFolder::new(folder.path().join("cells").join(name)));
+        (folder, cells)
+    }
+
+    #[test]
+    fn interrupted_anywhere_it_ends_with_the_same_bytes() {
+        let (_folder, [through, interrupted]) = cells();
+        run(&through, 12, 4);
+        for end in [1, 3, 6, 4, 8, 11, 12] {
+            run(&interrupted, end, 4);
+            // What a process leaves that is killed within a write.
+            fs::write(interrupted.path().join("checkpoint.tmp"), b"half").unwrap();
+            let half_a_row = [fs::read(interrupted.metrics()).unwrap(), b"7,70".to_vec()].concat();
+            fs::write(interrupted.metrics(), half_a_row).unwrap();
+        }
+        // Nothing is left to do but to open it, which cuts the metrics back.
+        run(&interrupted, 12, 4);
+        fs::remove_file(interrupted.path().join("checkpoint.tmp")).unwrap();
+        assert_eq!(files(&interrupted), files(&through));
+        assert_eq!(read_all(&through.metrics()).unwrap(), (1..=12).map(row).collect::<Vec<_>>());
+        assert_eq!(read_last(&through.metrics()).unwrap(), Some(row(12)));
+    }
+
+    #[test]
+    fn one_process_at_a_time() {
+        let (_folder, [folder, _]) = cells();
+        let open = OpenCell::open(folder.clone(), 7).unwrap();
+        let error = OpenCell::open(folder.clone(), 7).err().unwrap();
+        assert!(matches!(error, Error::Locked { path } if path == folder.path()));
+        drop(open);
+        OpenCell::open(folder, 7).unwrap();
+    }
+
+    #[test]
+    fn damage_is_named_and_nothing_is_overwritten() {
+        let (_folder, [folder, _]) = cells();
+        run(&folder, 6, 4);
+        let before = files(&folder);
+        let refused = |identity, message: &str| {
+            let damaged = files(&folder);
+            let error = OpenCell::open(folder.clone(), identity).err().unwrap().to_string();
+            assert!(error.contains(message), "{error}");
+            assert_eq!(files(&folder), damaged);
+            before.iter().for_each(|(name, it)| fs::write(folder.path().join(name), it).unwrap());
+        };
+        refused(8, "checkpoint: of another cell");
+        let mut bytes = fs::read(folder.checkpoint()).unwrap();
+        bytes[70] ^= 1;
+        fs::write(folder.checkpoint(), &bytes).unwrap();
+        refused(7, "checkpoint: damaged: its checksum is wrong");
+        fs::remove_file(folder.checkpoint()).unwrap();
+        refused(7, "checkpoint: damaged: missing, though policy.safetensors was made from one");
+        let mut bytes = fs::read(folder.metrics()).unwrap();
+        bytes[200] ^= 1;
+        fs::write(folder.metrics(), &bytes).unwrap();
+        refused(7, "metrics.csv: damaged: its first");
+        fs::write(folder.metrics(), &bytes[..200]).unwrap();
+        refused(7, "metrics.csv: damaged: 200 bytes, and");
+        OpenCell::open(folder.clone(), 7).unwrap();
+    }
+
+    #[test]
+    fn a_failed_write_keeps_the_older_checkpoint() {
+        let (_folder, [folder, _]) = cells();
+        run(&folder, 4, 4);
+        let (mut cell, _) = OpenCell::open(folder.clone(), 7).unwrap();
+        std::os::unix::fs::symlink("/dev/full", folder.path().join("checkpoint.tmp")).unwrap();
+        cell.append(&row(5)).unwrap();
+        let error = cell.save(snapshot(5)).unwrap_err().to_string();
+        assert!(error.contains("checkpoint: writing: No space left"), "{error}");
+        drop(cell);
+        let (_, checkpoint) = OpenCell::open(folder, 7).unwrap();
+        assert_eq!(checkpoint.unwrap().header.updates, 4);
+    }
+
+    #[test]
+    fn a_full_disk_at_the_beginning_is_reported() {
+        let (_folder, [folder, _]) = cells();
+        fs::create_dir_all(folder.path()).unwrap();
+        std::os::unix::fs::symlink("/dev/full", folder.metrics()).unwrap();
+        let error = OpenCell::open(folder, 7).err().unwrap().to_string();
+        assert!(error.contains("metrics.csv: appending: No space left"), "{error}");
+    }
+
+    #[test]
+    fn a_failure_is_marked_and_can_be_taken_back() {
+        let (_folder, [folder, _]) = cells();
+        let (mut cell, _) = OpenCell::open(folder.clone(), 7).unwrap();
+        assert_eq!(folder.failure().unwrap(), None);
+        cell.fail("body 'tibia_3' is at NaN, control step 7").unwrap();
+        let reason = folder.failure().unwrap();
+        assert_eq!(reason.as_deref(), Some("body 'tibia_3' is at NaN, control step 7"));
+        cell.unfail().unwrap();
+        cell.unfail().unwrap();
+        assert_eq!(folder.failure().unwrap(), None);
+    }
+}

@@ -1,0 +1,166 @@
+//! What can go wrong with a run's files: which file, what was being done, what to do about it.
+
+use std::{
+    fmt, io,
+    path::{Path, PathBuf},
+};
+
+/// Why something couldn't be written or read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The operating system refused.
+    #[error("{}: {doing}: {source}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What was being done with it, as in "writing".
+        doing: &'static str,
+        /// Why it didn't work.
+        source: io::Error,
+    },
+    /// A file isn't as it was written. Nothing was overwritten.
+    #[error("{}: damaged: {what}", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, and where in the file.
+        what: String,
+    },
+    /// Whole, but in another version of its format.
+    #[error(
+        "{}: format version {found}, and this program reads {expected}: go on with the itarl that \
+         wrote it",
+        path.display()
+    )]
+    Version {
+        /// The file.
+        path: PathBuf,
+        /// What the file says.
+        found: u64,
+        /// What would do.
+        expected: u64,
+    },
+    /// Another process writes there.
+    #[error("{}: another process is at work in this folder; wait for it or end it", path.display())]
+    Locked {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A folder that is no run.
+    #[error("{}: {what}", path.display())]
+    NotARun {
+        /// The folder.
+        path: PathBuf,
+        /// What is there instead, and what to do.
+        what: &'static str,
+    },
+    /// A run that was made in another way.
+    #[error(
+        "{}: this run was made differently:{}\ngo on as it was made, or choose another folder",
+        path.display(),
+        Lines(differences)
+    )]
+    Differs {
+        /// The run's folder.
+        path: PathBuf,
+        /// In what, at least one.
+        differences: Vec<Difference>,
+    },
+    /// A whole checkpoint, but not of this cell.
+    #[error(
+        "{}: of another cell: its settings or seed are not those of this folder; put the right \
+         file back, or delete the cell's folder to begin it again",
+        path.display()
+    )]
+    OtherCell {
+        /// The checkpoint.
+        path: PathBuf,
+    },
+    /// An argument without meaning here.
+    #[error("{call}: {argument} must be {expected}, got {value}")]
+    Argument {
+        /// The function that refused.
+        call: &'static str,
+        /// Its argument, or the part of it.
+        argument: String,
+        /// What it should be.
+        expected: String,
+        /// What it was.
+        value: String,
+    },
+}
+
+/// Something that isn't the same in a run's folder and in what is asked of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// What differs: a setting, as in `learning.rate`, or a file.
+    pub what: String,
+    /// Its value in the folder.
+    pub there: String,
+    /// Its value here.
+    pub here: String,
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}: {} there, {} here", self.what, self.there, self.here)
+    }
+}
+
+/// The first ones, one a line: a sweep with another seed differs in every cell.
+struct Lines<'a>(&'a [Difference]);
+
+const SHOWN: usize = 10;
+
+impl fmt::Display for Lines<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let shown = &self.0[..self.0.len().min(SHOWN)];
+        shown.iter().try_for_each(|difference| write!(formatter, "\n  {difference}"))?;
+        match self.0.len() - shown.len() {
+            0 => Ok(()),
+            more => write!(formatter, "\n  and {more} more"),
+        }
+    }
+}
+
+impl Error {
+    pub(crate) fn damaged(path: &Path, what: impl Into<String>) -> Self {
+        Self::Damaged { path: path.into(), what: what.into() }
+    }
+
+    pub(crate) fn argument(
+        call: &'static str,
+        argument: impl Into<String>,
+        expected: impl Into<String>,
+        value: impl ToString,
+    ) -> Self {
+        let (argument, expected) = (argument.into(), expected.into());
+        Self::Argument { call, argument, expected, value: value.to_string() }
+    }
+}
+
+/// Names the file and what was being done with it.
+pub(crate) trait At<T> {
+    fn at(self, path: &Path, doing: &'static str) -> Result<T, Error>;
+}
+
+impl<T> At<T> for io::Result<T> {
+    fn at(self, path: &Path, doing: &'static str) -> Result<T, Error> {
+        self.map_err(|source| Error::Io { path: path.into(), doing, source })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_differences_are_cut_short() {
+        let difference =
+            |i| Difference { what: format!("cell {i}"), there: "a".into(), here: "b".into() };
+        let shown = |n: usize| Lines(&(0..n).map(difference).collect::<Vec<_>>()).to_string();
+        assert!(shown(10).ends_with("\n  cell 9: a there, b here"));
+        assert!(shown(12).ends_with("\n  cell 9: a there, b here\n  and 2 more"));
+    }
+}

@@ -1,0 +1,294 @@
+//! `manifest.json`: what a run is made of: programs, models, seeds, cells.
+
+use std::{
+    collections::BTreeMap,
+    path::{Component, Path},
+};
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+
+use super::{Difference, Error};
+
+/// Version of the run folder's format.
+pub(crate) const FORMAT: u64 = 1;
+
+/// What a run is made of. Written once, when the run folder appears.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// Version of the run folder's format.
+    pub(crate) format: u64,
+    /// Version of the itarl that made it.
+    pub itarl: String,
+    /// The physics engine that it was made with.
+    pub bullet: Bullet,
+    /// Hash of all settings in `experiment.toml` but `learning.updates`.
+    pub settings_xxh3: Hash,
+    /// The model files, in `models/`.
+    pub models: Vec<Model>,
+    /// The seeds, in the order of the experiment.
+    pub seeds: Vec<u64>,
+    /// The cells, in the order of their indices.
+    pub cells: Vec<Cell>,
+}
+
+/// A physics engine: results are the same bits for the same one only.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Bullet {
+    /// As Bullet counts: 325 is 3.25.
+    pub version: u32,
+    /// Of its numbers.
+    pub precision: Precision,
+}
+
+/// Of Bullet's numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Precision {
+    /// 32 bits.
+    Single,
+    /// 64 bits.
+    Double,
+}
+
+/// A model file in `models/`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Model {
+    /// Its name in that folder.
+    pub file: String,
+    /// Of its bytes.
+    pub xxh3: Hash,
+}
+
+/// One training instance.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cell {
+    /// Its number, from 0.
+    pub index: usize,
+    /// The swept settings, as its folder is named; empty if nothing is swept.
+    pub setting: String,
+    /// Its seed.
+    pub seed: u64,
+}
+
+/// XXH3, 64 bits; 16 hexadecimal digits in JSON, whose numbers hold 53 bits in many readers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Hash(pub u64);
+
+impl Serialize for Hash {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(&format_args!("{:016x}", self.0))
+    }
+}
+
+impl<'de> Deserialize<'de> for Hash {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        let is_hex = text.len() == 16 && text.bytes().all(|byte| byte.is_ascii_hexdigit());
+        let number = u64::from_str_radix(&text, 16).ok().filter(|_| is_hex);
+        number.map(Self).ok_or_else(|| {
+            de::Error::invalid_value(de::Unexpected::Str(&text), &"16 hexadecimal digits")
+        })
+    }
+}
+
+/// What is read first: another version may have other keys.
+#[derive(Deserialize)]
+struct Format {
+    format: u64,
+}
+
+impl Manifest {
+    /// The file's bytes, the same ones for the same content.
+    pub(crate) fn encode(&self) -> Result<Vec<u8>, Error> {
+        let mut bytes = serde_json::to_vec_pretty(self).map_err(|error| {
+            Error::argument("Run::create", "the manifest", "what JSON can hold", error)
+        })?;
+        bytes.push(b'\n');
+        Ok(bytes)
+    }
+
+    /// The content of a file's bytes. `path` is for the messages.
+    pub(crate) fn decode(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
+        let damaged = |error: serde_json::Error| Error::damaged(path, error.to_string());
+        let Format { format: found } = serde_json::from_slice(bytes).map_err(damaged)?;
+        if found != FORMAT {
+            return Err(Error::Version { path: path.into(), found, expected: FORMAT });
+        }
+        let manifest: Self = serde_json::from_slice(bytes).map_err(damaged)?;
+        manifest.check().map_err(|what| Error::damaged(path, what))?;
+        Ok(manifest)
+    }
+
+    /// What the types don't say: indices count up, names stay in their folders.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        let mut cells = BTreeMap::new();
+        for (i, cell) in self.cells.iter().enumerate() {
+            if cell.index != i {
+                return Err(format!("cell {i} has index {}", cell.index));
+            }
+            if !cell.setting.is_empty() && !is_a_name(&cell.setting) {
+                return Err(format!("cell {i}: {:?} can't be a folder's name", cell.setting));
+            }
+            if let Some(other) = cells.insert((&cell.setting, cell.seed), i) {
+                return Err(format!("cells {other} and {i} have the same setting and seed"));
+            }
+        }
+        for (i, model) in self.models.iter().enumerate() {
+            if !is_a_name(&model.file) {
+                return Err(format!("model {:?} can't be a file's name", model.file));
+            }
+            if self.models[..i].iter().any(|other| other.file == model.file) {
+                return Err(format!("two models are called {:?}", model.file));
+            }
+        }
+        Ok(())
+    }
+
+    /// In what another run differs, its settings aside. The version of itarl may change: what
+    /// can't be read any more has a format version of its own.
+    pub(crate) fn differences(&self, here: &Self) -> Vec<Difference> {
+        let mut differences = self.bullet.differences(here.bullet);
+        let mut compare = |what: String, there: Option<String>, here: Option<String>| {
+            if there != here {
+                let [there, here] =
+                    [there, here].map(|value| value.unwrap_or_else(|| "nothing".into()));
+                differences.push(Difference { what, there, here });
+            }
+        };
+        let files = self.models.iter().chain(&here.models).map(|model| &model.file);
+        let mut files: Vec<_> = files.collect();
+        files.sort();
+        files.dedup();
+        for file in files {
+            let hash = |manifest: &Self| {
+                let model = manifest.models.iter().find(|model| &model.file == file);
+                model.map(|model| format!("XXH3 {:016x}", model.xxh3.0))
+            };
+            compare(format!("models/{file}"), hash(self), hash(here));
+        }
+        for i in 0..self.cells.len().max(here.cells.len()) {
+            let cell = |manifest: &Self| manifest.cells.get(i).map(Cell::folder);
+            compare(format!("cell {i}"), cell(self), cell(here));
+        }
+        let seeds = |manifest: &Self| Some(format!("{:?}", manifest.seeds));
+        compare("seeds".into(), seeds(self), seeds(here));
+        differences
+    }
+}
+
+impl Bullet {
+    pub(crate) fn differences(self, here: Self) -> Vec<Difference> {
+        if self == here {
+            return Vec::new();
+        }
+        let [there, here] = [self, here].map(|bullet| {
+            format!("{} in {:?} precision", bullet.version, bullet.precision).to_lowercase()
+        });
+        vec![Difference { what: "Bullet".into(), there, here }]
+    }
+}
+
+impl Cell {
+    /// `<setting>/seed=<n>`, below `cells/`.
+    #[must_use]
+    pub fn folder(&self) -> String {
+        let slash = if self.setting.is_empty() { "" } else { "/" };
+        format!("{}{slash}seed={}", self.setting, self.seed)
+    }
+}
+
+/// Whether it names something in a folder and not elsewhere.
+fn is_a_name(text: &str) -> bool {
+    let mut components = Path::new(text).components();
+    let first = components.next();
+    // Path drops a slash or a dot at the end, and so would make two names one.
+    matches!(first, Some(Component::Normal(name)) if name == text)
+        && components.next().is_none()
+        && !text.contains('\0')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn manifest() -> Manifest {
+        let cell = |index, setting: &str, seed| Cell { index, setting: setting.into(), seed };
+        Manifest {
+            format: FORMAT,
+            itarl: "0.1.0".into(),
+            bullet: Bullet { version: 325, precision: Precision::Single },
+            settings_xxh3: Hash(0x0123_4567_89ab_cdef),
+            models: vec![Model { file: "svenja.toml".into(), xxh3: Hash(1) }],
+            seeds: vec![1, 2],
+            cells: vec![cell(0, "xi=0.75", 1), cell(1, "xi=0.75", 2)],
+        }
+    }
+
+    fn decode(text: &str) -> Result<Manifest, Error> {
+        Manifest::decode(Path::new("manifest.json"), text.as_bytes())
+    }
+
+    fn text() -> String {
+        String::from_utf8(manifest().encode().unwrap()).unwrap()
+    }
+
+    #[test]
+    fn what_was_encoded_is_decoded() {
+        assert_eq!(decode(&text()).unwrap(), manifest());
+        assert!(text().contains("\"settings_xxh3\": \"0123456789abcdef\""));
+    }
+
+    #[test]
+    fn mistakes_are_named_with_their_line() {
+        let refused = |from: &str, to: &str, message: &str| {
+            assert!(text().contains(from), "{from}");
+            let error = decode(&text().replacen(from, to, 1)).unwrap_err().to_string();
+            assert_eq!(error, format!("manifest.json: {message}"));
+        };
+        refused("325", "x", "damaged: expected value at line 5 column 16");
+        refused(
+            "\"format\": 1",
+            "\"format\": 2, \"more\": 1",
+            "format version 2, and this program reads 1: go on with the itarl that wrote it",
+        );
+        refused("\"index\": 1", "\"index\": 3", "damaged: cell 1 has index 3");
+        for name in ["..", "/etc", "a/b", "a/", "."] {
+            let message = format!("damaged: cell 0: {name:?} can't be a folder's name");
+            refused("xi=0.75", name, &message);
+        }
+        refused("svenja.toml", "", "damaged: model \"\" can't be a file's name");
+        refused(
+            "\"seed\": 2",
+            "\"seed\": 1",
+            "damaged: cells 0 and 1 have the same setting and seed",
+        );
+        let error = decode(&text().replacen("89ab", "89+b", 1)).unwrap_err().to_string();
+        assert!(error.contains("expected 16 hexadecimal digits at line 8"), "{error}");
+        assert!(matches!(decode(&text()[..100]), Err(Error::Damaged { .. })));
+    }
+
+    #[test]
+    fn differences_are_named() {
+        let mut here = manifest();
+        here.itarl = "0.2.0".into();
+        assert!(manifest().differences(&here).is_empty());
+        here.bullet.precision = Precision::Double;
+        here.models[0].xxh3 = Hash(2);
+        here.cells.pop();
+        here.seeds.pop();
+        let found: Vec<_> = manifest().differences(&here).iter().map(ToString::to_string).collect();
+        assert_eq!(
+            found,
+            [
+                "Bullet: 325 in single precision there, 325 in double precision here",
+                "models/svenja.toml: XXH3 0000000000000001 there, XXH3 0000000000000002 here",
+                "cell 1: xi=0.75/seed=2 there, nothing here",
+                "seeds: [1, 2] there, [1] here",
+            ]
+        );
+    }
+}

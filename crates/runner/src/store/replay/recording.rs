@@ -1,0 +1,277 @@
+//! `replay.safetensors`: T control steps with F frames of B bodies, from the oldest to the newest.
+//!
+//! | tensor | type, shape |
+//! |---|---|
+//! | `poses` | F32 `[T x F x B x 7]` |
+//! | `sensors` | F32 `[T x n_sensors]` |
+//! | `actions` | F32 `[T x n_actuators]` |
+//! | `contacts` | U8 `[T x B]` |
+//! | `terms` | F64 `[T x n_terms]` |
+//!
+//! The metadata's one entry, `itarl`, is JSON with everything else, its keys sorted. (One entry,
+//! because the format's library writes several in any order.)
+
+use std::{collections::HashMap, path::Path};
+
+use safetensors::{
+    Dtype, SafeTensors,
+    tensor::{TensorView, serialize},
+};
+use serde::{Deserialize, Serialize};
+use xxhash_rust::xxh3::Xxh3;
+
+use super::{Error, Layout, POSE};
+use crate::store::{Hash, atomic};
+
+/// The tensors' names.
+pub const TENSORS: [&str; 5] = ["poses", "sensors", "actions", "contacts", "terms"];
+
+const ENTRY: &str = "itarl";
+const VERSION: u64 = 1;
+
+/// Some control steps as they were. Arrays are row-major.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    /// What a control step consists of.
+    pub layout: Layout,
+    /// Number of the oldest control step, counted from 0.
+    pub first_control_step: u64,
+    /// T.
+    pub n_steps: usize,
+    /// \[T x frames_per_step x n_bodies x 7\]: x y z in metres, quaternion x y z w
+    pub poses: Vec<f32>,
+    /// \[T x n_sensors\], within -1 to 1
+    pub sensors: Vec<f32>,
+    /// \[T x n_actuators\], within -1 to 1
+    pub actions: Vec<f32>,
+    /// \[T x n_bodies\], 0 or 1
+    pub contacts: Vec<u8>,
+    /// \[T x n_terms\]
+    pub terms: Vec<f64>,
+}
+
+/// What stands in the metadata. The fields are sorted by name, and so are the keys.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Metadata {
+    first_control_step: u64,
+    format: u64,
+    layout: Layout,
+    /// Of the tensors' bytes, in the order of [`TENSORS`].
+    xxh3: Hash,
+}
+
+/// What is read first: another version may have other keys.
+#[derive(Deserialize)]
+struct Format {
+    format: u64,
+}
+
+impl Recording {
+    /// The bytes of a safetensors file, the same ones for the same content.
+    ///
+    /// # Errors
+    /// If an array isn't as long as the layout and T say.
+    pub fn encode(&self) -> Result<Vec<u8>, Error> {
+        let refused = |what: &str, expected: String, found: String| {
+            Error::argument("Recording::encode", what, expected, found)
+        };
+        let parts = [
+            little_endian(&self.poses, f32::to_le_bytes),
+            little_endian(&self.sensors, f32::to_le_bytes),
+            little_endian(&self.actions, f32::to_le_bytes),
+            self.contacts.clone(),
+            little_endian(&self.terms, f64::to_le_bytes),
+        ];
+        let metadata = Metadata {
+            first_control_step: self.first_control_step,
+            format: VERSION,
+            layout: self.layout.clone(),
+            xxh3: hash(parts.each_ref().map(Vec::as_slice)),
+        };
+        let metadata = serde_json::to_string(&metadata).map_err(|error| {
+            refused("the layout", "what JSON can hold".into(), error.to_string())
+        })?;
+        let views: Result<Vec<_>, _> = tensors(&self.layout, self.n_steps)
+            .into_iter()
+            .zip(&parts)
+            .map(|((name, dtype, shape), part)| {
+                TensorView::new(dtype, shape, part).map(|view| (name, view))
+            })
+            .collect();
+        views
+            .and_then(|views| serialize(views, Some(HashMap::from([(ENTRY.into(), metadata)]))))
+            .map_err(|error| {
+                refused("the arrays", format!("{} control steps", self.n_steps), error.to_string())
+            })
+    }
+
+    /// The content of a file's bytes. `path` is for the messages.
+    ///
+    /// # Errors
+    /// [`Error::Damaged`] if they aren't what was written, [`Error::Version`].
+    pub fn decode(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
+        let damaged = |what: String| Error::damaged(path, what);
+        let file = SafeTensors::deserialize(bytes).map_err(|error| damaged(error.to_string()))?;
+        let Metadata { first_control_step, layout, xxh3, .. } = metadata(path, bytes)?;
+        let steps_of = |name| file.tensor(name).ok().and_then(|view| view.shape().first().copied());
+        let n_steps = steps_of("terms").ok_or_else(|| damaged("no tensor `terms`".into()))?;
+        let mut parts = [&[][..]; TENSORS.len()];
+        for ((name, dtype, shape), part) in tensors(&layout, n_steps).into_iter().zip(&mut parts) {
+            let view = file.tensor(name).map_err(|error| damaged(error.to_string()))?;
+            if (view.dtype(), view.shape()) != (dtype, &shape) {
+                let found = format!("{} {:?}", view.dtype(), view.shape());
+                return Err(damaged(format!("{name}: expected {dtype} {shape:?}, found {found}")));
+            }
+            *part = view.data();
+        }
+        if hash(parts) != xxh3 {
+            return Err(damaged("the tensors' checksum is wrong".into()));
+        }
+        Ok(Self {
+            layout,
+            first_control_step,
+            n_steps,
+            poses: numbers(parts[0], f32::from_le_bytes),
+            sensors: numbers(parts[1], f32::from_le_bytes),
+            actions: numbers(parts[2], f32::from_le_bytes),
+            contacts: parts[3].to_vec(),
+            terms: numbers(parts[4], f64::from_le_bytes),
+        })
+    }
+
+    /// The content of a file; none if there's no such file.
+    ///
+    /// # Errors
+    /// As [`Recording::decode`], and what reading runs into.
+    pub fn read(path: &Path) -> Result<Option<Self>, Error> {
+        atomic::read(path)?.map(|bytes| Self::decode(path, &bytes)).transpose()
+    }
+}
+
+fn metadata(path: &Path, bytes: &[u8]) -> Result<Metadata, Error> {
+    let damaged = |what: String| Error::damaged(path, what);
+    let (_, header) =
+        SafeTensors::read_metadata(bytes).map_err(|error| damaged(error.to_string()))?;
+    let entry = header.metadata().as_ref().and_then(|entries| entries.get(ENTRY));
+    let entry = entry.ok_or_else(|| damaged(format!("no entry `{ENTRY}` in its metadata")))?;
+    let unreadable = |error: serde_json::Error| damaged(format!("metadata `{ENTRY}`: {error}"));
+    let Format { format: found } = serde_json::from_str(entry).map_err(unreadable)?;
+    if found != VERSION {
+        return Err(Error::Version { path: path.into(), found, expected: VERSION });
+    }
+    serde_json::from_str(entry).map_err(unreadable)
+}
+
+/// Name, type and shape of each tensor, in the order of [`TENSORS`].
+fn tensors(layout: &Layout, n_steps: usize) -> [(&'static str, Dtype, Vec<usize>); 5] {
+    let n_bodies = layout.bodies.len();
+    let [poses, sensors, actions, contacts, terms] = TENSORS;
+    [
+        (poses, Dtype::F32, vec![n_steps, layout.frames_per_step, n_bodies, POSE]),
+        (sensors, Dtype::F32, vec![n_steps, layout.sensors.len()]),
+        (actions, Dtype::F32, vec![n_steps, layout.actuators.len()]),
+        (contacts, Dtype::U8, vec![n_steps, n_bodies]),
+        (terms, Dtype::F64, vec![n_steps, layout.terms.len()]),
+    ]
+}
+
+fn hash(parts: [&[u8]; 5]) -> Hash {
+    let mut hash = Xxh3::new();
+    parts.iter().for_each(|part| hash.update(part));
+    Hash(hash.digest())
+}
+
+fn little_endian<T: Copy, const N: usize>(values: &[T], bytes: impl Fn(T) -> [u8; N]) -> Vec<u8> {
+    values.iter().flat_map(|&value| bytes(value)).collect()
+}
+
+fn numbers<T, const N: usize>(bytes: &[u8], number: impl Fn([u8; N]) -> T) -> Vec<T> {
+    bytes.as_chunks().0.iter().map(|&chunk| number(chunk)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn small() -> Recording {
+        let names = |names: &[&str]| names.iter().map(ToString::to_string).collect();
+        Recording {
+            layout: Layout {
+                actuators: names(&["hip"]),
+                bodies: names(&["torso", "foot"]),
+                frames_per_step: 1,
+                seconds_per_frame: 0.1,
+                sensors: names(&["hip", "foot touches"]),
+                terms: names(&["locomotion"]),
+            },
+            first_control_step: 7,
+            n_steps: 2,
+            poses: (0..28).map(|i| i as f32).collect(),
+            sensors: vec![0.5, 1.0, -0.5, 0.0],
+            actions: vec![0.5, -0.5],
+            contacts: vec![0, 1, 0, 0],
+            terms: vec![0.1, f64::NAN],
+        }
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Recording, Error> {
+        Recording::decode(Path::new("replay.safetensors"), bytes)
+    }
+
+    #[test]
+    fn what_was_encoded_is_decoded() {
+        let bytes = small().encode().unwrap();
+        let decoded = decode(&bytes).unwrap();
+        // NaN isn't itself, so the bytes are compared.
+        assert_eq!(decoded.encode().unwrap(), bytes);
+        assert_eq!(decoded.poses, small().poses);
+        assert_eq!((decoded.first_control_step, decoded.layout), (7, small().layout));
+    }
+
+    #[test]
+    fn the_keys_of_the_metadata_are_sorted() {
+        let bytes = small().encode().unwrap();
+        let (_, header) = SafeTensors::read_metadata(&bytes).unwrap();
+        let entry = &header.metadata().as_ref().unwrap()[ENTRY];
+        let value: serde_json::Value = serde_json::from_str(entry).unwrap();
+        let mut sorted = std::collections::BTreeMap::new();
+        sorted.extend(value.as_object().unwrap().iter());
+        assert_eq!(&serde_json::to_string(&sorted).unwrap(), entry);
+    }
+
+    #[test]
+    fn arrays_that_do_not_fit_are_refused() {
+        let error = Recording { n_steps: 3, ..small() }.encode().unwrap_err().to_string();
+        assert!(error.contains("the arrays must be 3 control steps"), "{error}");
+        let mut short = small();
+        short.terms.pop();
+        assert!(short.encode().is_err());
+    }
+
+    #[test]
+    fn another_version_is_named() {
+        let text = b"\\\"format\\\":1";
+        let mut bytes = small().encode().unwrap();
+        let at = bytes.windows(text.len()).position(|part| part == text).unwrap();
+        bytes[at + text.len() - 1] = b'2';
+        assert!(matches!(decode(&bytes), Err(Error::Version { found: 2, expected: 1, .. })));
+    }
+
+    proptest! {
+        #[test]
+        fn damage_is_an_error(place: prop::sample::Index, bit in 0_u8..8) {
+            let mut bytes = small().encode().unwrap();
+            let place = place.index(bytes.len());
+            let cut = matches!(decode(&bytes[..place]), Err(Error::Damaged { .. }));
+            prop_assert!(cut);
+            bytes[place] ^= 1 << bit;
+            // A flipped bit in a name or a blank of the header may go unseen; one in the numbers
+            // may not.
+            let header = 8 + u64::from_le_bytes(*bytes.first_chunk().unwrap());
+            prop_assert!(decode(&bytes).is_err() || (place as u64) < header);
+        }
+    }
+}

@@ -1,0 +1,453 @@
+//! A run's folder: settings, manifest, models and the cells' folders.
+//!
+//! It appears by one rename, so it's there as a whole or not at all. Several processes may make the
+//! same one at the same time: the first wins, the others compare and go on with it.
+
+use std::{
+    fs::{self, Permissions},
+    io,
+    os::unix::fs::PermissionsExt,
+    path::{Path, PathBuf},
+};
+
+use xxhash_rust::xxh3::xxh3_64;
+
+use super::{
+    Bullet, Cell, CellFolder, Difference, Error, Hash, Lock, Manifest, Model, atomic,
+    atomic::{folder_of, sync_folder},
+    error::At,
+    manifest::FORMAT,
+    settings::{Settings, updates},
+};
+
+const EXPERIMENT: &str = "experiment.toml";
+const MANIFEST: &str = "manifest.json";
+const MODELS: &str = "models";
+const CELLS: &str = "cells";
+
+/// Characters that tell the temporary folders of one run apart.
+const RANDOM: usize = 6;
+
+/// What a run is made from.
+#[derive(Clone, Debug)]
+pub struct NewRun {
+    /// The resolved experiment, TOML.
+    pub experiment: String,
+    /// Version of itarl.
+    pub itarl: String,
+    /// The physics engine.
+    pub bullet: Bullet,
+    /// Name and bytes of each model file.
+    pub models: Vec<(String, Vec<u8>)>,
+    /// The seeds, in the order of the experiment.
+    pub seeds: Vec<u64>,
+    /// The cells, in the order of their indices.
+    pub cells: Vec<Cell>,
+}
+
+/// A run's folder, whole and checked. Holding it locks nothing.
+#[derive(Clone, Debug)]
+pub struct Run {
+    folder: PathBuf,
+    experiment: String,
+    manifest: Manifest,
+}
+
+impl Run {
+    /// Makes the folder; if there's a run already, opens it. It may then differ in
+    /// `learning.updates` ([`Run::experiment`] says) and in nothing else.
+    ///
+    /// # Errors
+    /// [`Error::Differs`], and what [`Run::open`] refuses. An empty folder is taken; one with
+    /// anything else in it is [`Error::NotARun`].
+    pub fn create(folder: &Path, new: &NewRun) -> Result<Self, Error> {
+        let manifest = new.manifest(folder)?;
+        if !folder.join(MANIFEST).exists() {
+            make(folder, new, &manifest)?;
+        }
+        let run = Self::open(folder)?;
+        let path = run.experiment_path();
+        let settings = Settings::read(&path, &run.experiment)?;
+        let mut differences = settings.differences(&Settings::read(&path, &new.experiment)?);
+        differences.extend(run.manifest.differences(&manifest));
+        run.refuse(differences)?;
+        Ok(run)
+    }
+
+    /// Opens a run.
+    ///
+    /// # Errors
+    /// [`Error::NotARun`], [`Error::Damaged`], [`Error::Version`], and what reading runs into.
+    pub fn open(folder: &Path) -> Result<Self, Error> {
+        let not_a_run = |what| Error::NotARun { path: folder.into(), what };
+        let manifest_path = folder.join(MANIFEST);
+        let Some(bytes) = atomic::read(&manifest_path)
+            .or_else(|error| if folder.is_dir() { Err(error) } else { Ok(None) })?
+        else {
+            return Err(not_a_run(match fs::metadata(folder) {
+                Err(_) => "there's nothing here; `itarl train FILE --out DIR` begins a run",
+                Ok(it) if it.is_file() => "a file, and not the folder of a run",
+                Ok(_) => "not the folder of a run: it has no manifest.json; choose another one",
+            }));
+        };
+        let manifest = Manifest::decode(&manifest_path, &bytes)?;
+        let path = folder.join(EXPERIMENT);
+        let text = atomic::read(&path)?.ok_or_else(|| Error::damaged(&path, "missing"))?;
+        let experiment = String::from_utf8(text)
+            .map_err(|error| Error::damaged(&path, error.utf8_error().to_string()))?;
+        if Hash(Settings::read(&path, &experiment)?.xxh3()) != manifest.settings_xxh3 {
+            let what = "its settings aren't those that the run was made with (manifest.json has \
+                        their hash); put them back, or begin a new run with them";
+            return Err(Error::damaged(&path, what));
+        }
+        Ok(Self { folder: folder.into(), experiment, manifest })
+    }
+
+    /// Refuses to go on with another physics engine than the run was made with.
+    ///
+    /// # Errors
+    /// [`Error::Differs`]
+    pub fn require(&self, bullet: Bullet) -> Result<(), Error> {
+        self.refuse(self.manifest.bullet.differences(bullet))
+    }
+
+    fn refuse(&self, differences: Vec<Difference>) -> Result<(), Error> {
+        if differences.is_empty() {
+            return Ok(());
+        }
+        Err(Error::Differs { path: self.folder.clone(), differences })
+    }
+
+    /// Its folder.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The text of `experiment.toml`.
+    #[must_use]
+    pub fn experiment(&self) -> &str {
+        &self.experiment
+    }
+
+    /// `experiment.toml`
+    #[must_use]
+    pub fn experiment_path(&self) -> PathBuf {
+        self.folder.join(EXPERIMENT)
+    }
+
+    /// The content of `manifest.json`.
+    #[must_use]
+    pub fn manifest(&self) -> &Manifest {
+        &self.manifest
+    }
+
+    /// Replaces `experiment.toml` by one with more `learning.updates`. Several processes may do
+    /// that at the same time: one after the other, and the largest number stays.
+    ///
+    /// # Errors
+    /// [`Error::Differs`] if anything else is different; what writing runs into.
+    pub fn extend(&mut self, experiment: &str) -> Result<(), Error> {
+        let path = self.experiment_path();
+        // The manifest is never replaced, so all lock the same file.
+        let _lock = Lock::wait(&self.folder.join(MANIFEST))?;
+        *self = Self::open(&self.folder)?;
+        let [there, here] = [&self.experiment, experiment].map(|text| Settings::read(&path, text));
+        self.refuse(there?.differences(&here?))?;
+        if updates(&path, experiment)? > updates(&path, &self.experiment)? {
+            atomic::write(&path, experiment.as_bytes())?;
+            self.experiment = experiment.into();
+        }
+        Ok(())
+    }
+
+    /// The path of a model file's copy.
+    #[must_use]
+    pub fn model_path(&self, file: &str) -> PathBuf {
+        self.folder.join(MODELS).join(file)
+    }
+
+    /// The bytes of a model file's copy.
+    ///
+    /// # Errors
+    /// [`Error::Damaged`] if they aren't those that the run was made with.
+    pub fn model(&self, model: &Model) -> Result<Vec<u8>, Error> {
+        let path = self.model_path(&model.file);
+        let bytes = atomic::read(&path)?.ok_or_else(|| Error::damaged(&path, "missing"))?;
+        if Hash(xxh3_64(&bytes)) != model.xxh3 {
+            let what = "it isn't what the run was made with (manifest.json has its hash)";
+            return Err(Error::damaged(&path, what));
+        }
+        Ok(bytes)
+    }
+
+    /// The folder of a cell, made when the cell is opened first.
+    #[must_use]
+    pub fn cell(&self, cell: &Cell) -> CellFolder {
+        CellFolder::new(self.folder.join(CELLS).join(cell.folder()))
+    }
+}
+
+impl NewRun {
+    fn manifest(&self, folder: &Path) -> Result<Manifest, Error> {
+        let models = self.models.iter();
+        let settings = Settings::read(&folder.join(EXPERIMENT), &self.experiment)?;
+        let manifest = Manifest {
+            format: FORMAT,
+            itarl: self.itarl.clone(),
+            bullet: self.bullet,
+            settings_xxh3: Hash(settings.xxh3()),
+            models: models
+                .map(|(file, bytes)| Model { file: file.clone(), xxh3: Hash(xxh3_64(bytes)) })
+                .collect(),
+            seeds: self.seeds.clone(),
+            cells: self.cells.clone(),
+        };
+        manifest.check().map_err(|what| {
+            Error::argument("Run::create", "the run", "one with usable names", what)
+        })?;
+        Ok(manifest)
+    }
+}
+
+/// Makes the folder under another name beside it and renames it. If another process was faster,
+/// that's fine: its folder is there then.
+fn make(folder: &Path, new: &NewRun, manifest: &Manifest) -> Result<(), Error> {
+    let Some(name) = folder.file_name() else {
+        let path = folder.display();
+        return Err(Error::argument("Run::create", "the folder", "one with a name", path));
+    };
+    let parent = folder_of(folder);
+    fs::create_dir_all(parent).at(parent, "making the folder")?;
+    let prefix = format!(".{}.new-", name.to_string_lossy());
+    let made = fill(parent, &prefix, new, manifest).and_then(|temporary| {
+        fs::rename(temporary.path(), folder).at(folder, "renaming the temporary folder")?;
+        let _ = temporary.keep();
+        Ok(())
+    });
+    // There's something at the place, by whomever: opening it says whether it will do.
+    let taken = fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some());
+    match made {
+        Err(error) if !taken && !folder.is_file() => Err(error),
+        _ => {
+            remove_leftovers(parent, &prefix);
+            sync_folder(parent)
+        }
+    }
+}
+
+fn fill(
+    parent: &Path,
+    prefix: &str,
+    new: &NewRun,
+    manifest: &Manifest,
+) -> Result<tempfile::TempDir, Error> {
+    let temporary = tempfile::Builder::new()
+        .prefix(prefix)
+        .rand_bytes(RANDOM)
+        .permissions(Permissions::from_mode(0o777))
+        .tempdir_in(parent)
+        .at(parent, "making a temporary folder in it")?;
+    let models = temporary.path().join(MODELS);
+    for folder in [&models, &temporary.path().join(CELLS)] {
+        fs::create_dir(folder).at(folder, "making the folder")?;
+    }
+    for (file, bytes) in &new.models {
+        atomic::write(&models.join(file), bytes)?;
+    }
+    atomic::write(&temporary.path().join(EXPERIMENT), new.experiment.as_bytes())?;
+    atomic::write(&temporary.path().join(MANIFEST), &manifest.encode()?)?;
+    Ok(temporary)
+}
+
+/// Temporary folders are of no use once the run is there: they are of killed processes, or of those
+/// that have lost the race and will find that out. What can't be removed harms nobody.
+fn remove_leftovers(parent: &Path, prefix: &str) {
+    let entries = fs::read_dir(parent).into_iter().flatten().filter_map(io::Result::ok);
+    // And not those of another run, whose name goes on as the prefix does.
+    let is_one = |name: &str| name.strip_prefix(prefix).is_some_and(|rest| rest.len() == RANDOM);
+    for entry in entries.filter(|it| is_one(&it.file_name().to_string_lossy())) {
+        let _ = fs::remove_dir_all(entry.path());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::thread;
+
+    use super::*;
+    use crate::store::Precision;
+
+    const SINGLE: Bullet = Bullet { version: 325, precision: Precision::Single };
+
+    fn new(updates: u64, rate: f64) -> NewRun {
+        let cell = |index, seed| Cell { index, setting: "xi=0.75".into(), seed };
+        NewRun {
+            experiment: format!("[learning]\nrate = {rate:?}\nupdates = {updates}\n"),
+            itarl: "0.1.0".into(),
+            bullet: SINGLE,
+            models: vec![("svenja.toml".into(), b"name = 'svenja'\n".to_vec())],
+            seeds: vec![1, 2],
+            cells: vec![cell(0, 1), cell(1, 2)],
+        }
+    }
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).unwrap();
+        let mut names: Vec<_> =
+            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn what_was_created_is_opened() {
+        let parent = tempfile::tempdir().unwrap();
+        let folder = parent.path().join("a").join("run");
+        // A killed process left this.
+        let leftover = parent.path().join("a").join(".run.new-x1y2z3");
+        fs::create_dir_all(leftover.join("models")).unwrap();
+        // Another process is making `run.new-x` just now.
+        let other = parent.path().join("a").join(".run.new-x.new-y2z3x1");
+        fs::create_dir_all(&other).unwrap();
+
+        let created = Run::create(&folder, &new(300, 0.5)).unwrap();
+        assert_eq!(names(&folder), ["cells", "experiment.toml", "manifest.json", "models"]);
+        assert_eq!(names(&parent.path().join("a")), [".run.new-x.new-y2z3x1", "run"]);
+        let opened = Run::open(&folder).unwrap();
+        assert_eq!(opened.manifest(), created.manifest());
+        assert_eq!(opened.experiment(), new(300, 0.5).experiment);
+        let model = &opened.manifest().models[0];
+        assert_eq!(opened.model(model).unwrap(), b"name = 'svenja'\n");
+        let cell = opened.cell(&opened.manifest().cells[1]);
+        assert_eq!(cell.path(), folder.join("cells/xi=0.75/seed=2"));
+        assert!(!cell.path().exists());
+    }
+
+    #[test]
+    fn an_empty_folder_is_taken_and_another_is_not() {
+        let parent = tempfile::tempdir().unwrap();
+        Run::create(parent.path(), &new(300, 0.5)).unwrap();
+
+        let other = tempfile::tempdir().unwrap();
+        fs::write(other.path().join("thesis.tex"), "").unwrap();
+        let file = other.path().join("thesis.tex");
+        for (folder, message) in [(other.path(), "it has no manifest.json"), (&file, "a file, and")]
+        {
+            let error = Run::create(folder, &new(300, 0.5)).unwrap_err();
+            assert!(matches!(error, Error::NotARun { .. }), "{error}");
+            assert!(error.to_string().contains(message), "{error}");
+        }
+        assert_eq!(names(other.path()), ["thesis.tex"]);
+        let error = Run::create(&file.join("run"), &new(300, 0.5)).unwrap_err().to_string();
+        assert!(error.contains("thesis.tex: making the folder: "), "{error}");
+    }
+
+    #[test]
+    fn the_first_wins_and_the_others_go_on_with_it() {
+        for _ in 0..20 {
+            let parent = tempfile::tempdir().unwrap();
+            let folder = parent.path().join("run");
+            thread::scope(|scope| {
+                let racers: Vec<_> = (0..8)
+                    .map(|i| {
+                        let folder = &folder;
+                        // Half of them want something else.
+                        let rate = f64::from(i % 2);
+                        scope.spawn(move || (rate, Run::create(folder, &new(300, rate))))
+                    })
+                    .collect();
+                let results: Vec<_> = racers.into_iter().map(|it| it.join().unwrap()).collect();
+                let winner = Run::open(&folder).unwrap();
+                for (rate, result) in results {
+                    match result {
+                        Ok(_) => assert_eq!(winner.experiment(), new(300, rate).experiment),
+                        Err(Error::Differs { differences, .. }) => {
+                            assert_ne!(winner.experiment(), new(300, rate).experiment);
+                            assert_eq!(differences[0].what, "learning.rate");
+                        }
+                        Err(error) => panic!("{error}"),
+                    }
+                }
+            });
+            assert_eq!(names(parent.path()), ["run"]);
+        }
+    }
+
+    #[test]
+    fn only_the_number_of_updates_may_change() {
+        let parent = tempfile::tempdir().unwrap();
+        let folder = parent.path().join("run");
+        Run::create(&folder, &new(300, 0.5)).unwrap();
+        let mut run = Run::create(&folder, &new(900, 0.5)).unwrap();
+        assert_eq!(run.experiment(), new(300, 0.5).experiment);
+        run.extend(&new(900, 0.5).experiment).unwrap();
+        assert_eq!(Run::open(&folder).unwrap().experiment(), new(900, 0.5).experiment);
+
+        let mut other = new(900, 1.0);
+        other.models[0].1.push(b'#');
+        let error = Run::create(&folder, &other).unwrap_err().to_string();
+        let expected = format!(
+            "{}: this run was made differently:\n  learning.rate: 0.5 there, 1.0 here\n  \
+             models/svenja.toml: XXH3 ",
+            folder.display()
+        );
+        assert!(error.starts_with(&expected), "{error}");
+        assert!(matches!(run.extend(&other.experiment), Err(Error::Differs { .. })));
+
+        run.require(SINGLE).unwrap();
+        let error = run.require(Bullet { version: 326, ..SINGLE }).unwrap_err().to_string();
+        assert!(error.contains("\n  Bullet: 325 in single precision there, 326 in"), "{error}");
+    }
+
+    #[test]
+    fn extended_by_many_at_once_it_has_the_largest_number() {
+        let parent = tempfile::tempdir().unwrap();
+        let folder = parent.path().join("run");
+        Run::create(&folder, &new(300, 0.5)).unwrap();
+        thread::scope(|scope| {
+            let extending = (1..=8).map(|i| {
+                let mut run = Run::open(&folder).unwrap();
+                scope.spawn(move || run.extend(&new(300 + 100 * i, 0.5).experiment))
+            });
+            let extending: Vec<_> = extending.collect();
+            extending.into_iter().for_each(|it| it.join().unwrap().unwrap());
+        });
+        let mut run = Run::open(&folder).unwrap();
+        assert_eq!(run.experiment(), new(1100, 0.5).experiment);
+        run.extend(&new(300, 0.5).experiment).unwrap();
+        assert_eq!(run.experiment(), new(1100, 0.5).experiment);
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_folder_is_named() {
+        let parent = tempfile::tempdir().unwrap();
+        let folder = parent.path().join("run");
+        let refused = |message: &str| {
+            let error = Run::open(&folder).unwrap_err().to_string();
+            assert!(error.contains(message), "{error}");
+        };
+        refused("run: there's nothing here; `itarl train FILE --out DIR` begins a run");
+        let run = Run::create(&folder, &new(300, 0.5)).unwrap();
+        let model = &run.manifest().models[0];
+        fs::write(run.model_path(&model.file), "name = 'Svenja'\n").unwrap();
+        let error = run.model(model).unwrap_err().to_string();
+        assert!(error.contains("models/svenja.toml: damaged: it isn't what"), "{error}");
+        fs::write(run.experiment_path(), new(300, 0.6).experiment).unwrap();
+        refused("experiment.toml: damaged: its settings aren't those");
+        fs::remove_file(run.experiment_path()).unwrap();
+        refused("experiment.toml: damaged: missing");
+        fs::write(folder.join("manifest.json"), "{\n\"format\": }").unwrap();
+        refused("manifest.json: damaged: expected value at line 2 column 11");
+    }
+
+    #[test]
+    fn names_that_lead_elsewhere_are_refused() {
+        let parent = tempfile::tempdir().unwrap();
+        let mut other = new(300, 0.5);
+        other.cells[0].setting = "../../elsewhere".into();
+        let error = Run::create(&parent.path().join("run"), &other).unwrap_err();
+        assert!(matches!(error, Error::Argument { .. }), "{error}");
+        assert_eq!(names(parent.path()), [""; 0]);
+    }
+}

@@ -1,0 +1,492 @@
+//! From a file to a morphology: mirror images are made, and names looked up.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use config::{MOST_PROBLEMS, Place, Placed, Problem, Problems, shown, suggestion};
+use nalgebra::Unit;
+
+use crate::{
+    file::{AxisFile, BodyFile, GroupFile, JointFile, MirrorFile, ModelFile, ServoFile},
+    morphology::{AxisId, Body, Group, Heading, Joint, JointAxis, Morphology, Servo},
+    rotation::{Mirror, Turn},
+    shape::{Rod, Shape},
+};
+
+/// # Errors
+/// All that is wrong. Parts come first: what refers to them is only looked up if they are right.
+pub(crate) fn check(file: &ModelFile) -> Result<Morphology, Problems> {
+    let mut checker = Checker { mirror: file.mirror.as_ref(), problems: Vec::new() };
+    let bodies = checker.bodies(&file.bodies);
+    let body_names = names("a body", &bodies, |body| &body.name);
+    let joints = checker.joints(&file.joints, &bodies, &body_names, &file.servos);
+    let joint_names = names("a joint", &joints, |joint| &joint.name);
+    if checker.problems.is_empty() {
+        checker.tree(&joints, &bodies);
+    }
+
+    let feet = checker.indices("feet", &file.feet, &body_names);
+    let n_feet = feet.len();
+    let touch = checker.indices("touch", &file.touch, &body_names);
+    let contacts = [feet, touch].concat();
+    checker.one_sensor_each(&file.feet, &file.touch);
+    let penalised = checker.indices("penalised", &file.penalised, &body_names);
+    let heading = checker.find("heading: body", &file.heading.body, &body_names);
+
+    let groups = checker.groups(&file.groups, &joint_names, &body_names);
+    checker.group_contacts(&groups, &contacts, &body_names);
+    let parts = Parts::new(&joints, &groups);
+    let sensors = match &file.sensors {
+        Some(names) => checker.axes("sensors", names, &parts, false),
+        None => parts.all_axes(),
+    };
+    let actuators = match &file.actuators {
+        Some(names) => checker.axes("actuators", names, &parts, true),
+        None => parts.all_axes().into_iter().filter(|&id| parts.axis(id).servo.is_some()).collect(),
+    };
+
+    if !checker.problems.is_empty() {
+        return Err(Problems::new(checker.problems));
+    }
+    Ok(Morphology {
+        name: file.name.clone(),
+        description: file.description.clone(),
+        sensors,
+        actuators,
+        contacts,
+        n_feet,
+        penalised,
+        heading: Heading {
+            body: heading.unwrap_or_default(),
+            axis: Unit::new_unchecked(file.heading.axis),
+        },
+        start: file.start,
+        self_collision: file.self_collision,
+        locomotion_scale: file.locomotion_scale,
+        touch_distance_m: file.touch_distance_m,
+        groups: without_files(groups),
+        joints: without_files(joints),
+        bodies: without_files(bodies),
+    })
+}
+
+/// Parts, or their mirror images, each with what the file says about it.
+type Made<'a, F, P> = [(&'a F, P)];
+type Bodies<'a> = Made<'a, BodyFile, Body>;
+type Joints<'a> = Made<'a, JointFile, Joint>;
+type Groups<'a> = Made<'a, GroupFile, Group>;
+
+fn without_files<F, P>(made: Vec<(&F, P)>) -> Vec<P> {
+    made.into_iter().map(|(_, part)| part).collect()
+}
+
+/// Where the names of a kind of parts are found.
+struct Names<'a> {
+    /// With an article.
+    kind: &'static str,
+    list: Vec<&'a str>,
+    indices: BTreeMap<&'a str, usize>,
+}
+
+fn names<'a, F, P>(
+    kind: &'static str,
+    parts: &'a Made<'_, F, P>,
+    name: impl Fn(&P) -> &String,
+) -> Names<'a> {
+    let list: Vec<_> = parts.iter().map(|(_, part)| name(part).as_str()).collect();
+    let indices = list.iter().enumerate().map(|(i, name)| (*name, i)).collect();
+    Names { kind, list, indices }
+}
+
+struct Checker<'a> {
+    mirror: Option<&'a MirrorFile>,
+    problems: Vec<Problem>,
+}
+
+impl Checker<'_> {
+    /// One more problem than is shown tells that there are more.
+    fn complain(&mut self, place: &Place, message: String) {
+        if self.problems.len() <= MOST_PROBLEMS {
+            self.problems.push(Problem { place: place.clone(), message });
+        }
+    }
+
+    /// The name of a part's mirror image, if it has one.
+    fn image_name(&self, name: &str) -> Option<String> {
+        let mirror = self.mirror?;
+        name.contains(&mirror.from).then(|| name.replace(&mirror.from, &mirror.to))
+    }
+
+    fn reflection(&self) -> Mirror {
+        Mirror(self.mirror.map_or(Turn::X, |mirror| mirror.across))
+    }
+
+    /// The mirror image of a part, which is itself if it has none.
+    fn image_of(&self, part: usize, names: &Names<'_>) -> usize {
+        let image = self.image_name(names.list[part]);
+        image.and_then(|image| names.indices.get(image.as_str()).copied()).unwrap_or(part)
+    }
+
+    /// Index of a name among those of a kind, or a complaint.
+    fn find(&mut self, what: &str, name: &Placed<String>, names: &Names<'_>) -> Option<usize> {
+        let found = names.indices.get(name.value.as_str()).copied();
+        if found.is_none() {
+            self.refuse_name(what, name, names.kind, names.indices.keys().copied());
+        }
+        found
+    }
+
+    fn refuse_name<'n>(
+        &mut self,
+        what: &str,
+        name: &Placed<String>,
+        kind: &str,
+        known: impl Iterator<Item = &'n str>,
+    ) {
+        // Looking for a likely one takes time, which a file of nonsense would multiply.
+        if self.problems.len() <= MOST_PROBLEMS {
+            let (found, likely) = (shown(&name.value), suggestion(&name.value, known));
+            let message = format!("{what} must be the name of {kind}, got \"{found}\"{likely}");
+            self.complain(&name.place, message);
+        }
+    }
+
+    /// Indices of names, none of them twice.
+    fn indices(&mut self, what: &str, list: &[Placed<String>], names: &Names<'_>) -> Vec<usize> {
+        let mut seen = BTreeSet::new();
+        let mut indices = Vec::new();
+        for (i, name) in list.iter().enumerate() {
+            let Some(index) = self.find(&format!("{what}[{i}]"), name, names) else { continue };
+            if seen.insert(index) {
+                indices.push(index);
+            } else {
+                let message =
+                    format!("{what}[{i}] must not repeat {}, got \"{}\"", names.kind, name.value);
+                self.complain(&name.place, message);
+            }
+        }
+        indices
+    }
+
+    /// Complains about names that come again, whether written or of mirror images.
+    fn unique<'n>(
+        &mut self,
+        kind: &str,
+        names: impl Iterator<Item = (&'n Placed<String>, &'n str)>,
+    ) {
+        let mut seen: BTreeMap<&str, &Placed<String>> = BTreeMap::new();
+        for (written, name) in names {
+            let Some(first) = seen.insert(name, written) else { continue };
+            let message = format!(
+                "{} must have a name of its own, but {}the {kind} of line {} has it too",
+                described(kind, name, &written.value),
+                if first.value == name { "" } else { "the mirror image of " },
+                first.place.line
+            );
+            self.complain(&written.place, message);
+        }
+    }
+
+    fn bodies<'f>(&mut self, files: &'f [BodyFile]) -> Vec<(&'f BodyFile, Body)> {
+        let mut bodies = Vec::new();
+        for file in files {
+            let body = Body {
+                name: file.name.value.clone(),
+                mass_kg: file.mass_kg,
+                friction: file.friction,
+                colour: file.colour,
+                pose: file.pose,
+                shape: file.shape.clone(),
+            };
+            let image = self.image_name(&body.name).map(|name| Body {
+                name,
+                pose: self.reflection().pose(&body.pose),
+                shape: mirrored(&body.shape, self.reflection()),
+                ..body.clone()
+            });
+            bodies.push((file, body));
+            bodies.extend(image.map(|image| (file, image)));
+        }
+        self.unique("body", bodies.iter().map(|(file, body)| (&file.name, body.name.as_str())));
+        bodies
+    }
+
+    fn joints<'f>(
+        &mut self,
+        files: &'f [JointFile],
+        bodies: &Bodies<'_>,
+        body_names: &Names<'_>,
+        servos: &[ServoFile],
+    ) -> Vec<(&'f JointFile, Joint)> {
+        let mut joints = Vec::new();
+        for file in files {
+            let subject = format!("joint '{}': ", file.name.value);
+            let parent = self.find(&format!("{subject}parent"), &file.parent, body_names);
+            let child = self.find(&format!("{subject}child"), &file.child, body_names);
+            if parent.is_some() && parent == child {
+                let message = format!(
+                    "{subject}child must be another body than the parent, got \"{}\"",
+                    file.child.value
+                );
+                self.complain(&file.child.place, message);
+            }
+            // A joint to nowhere is kept for its name, which others may refer to.
+            let (parent, child) = (parent.unwrap_or_default(), child.unwrap_or_default());
+            let axes = file.axes.iter().enumerate();
+            let joint = Joint {
+                name: file.name.value.clone(),
+                kind: file.kind,
+                parent,
+                child,
+                frame: bodies[parent].1.pose * file.frame,
+                axes: axes
+                    .map(|(i, axis)| self.axis(&format!("{subject}axes[{i}]: "), axis, servos))
+                    .collect(),
+                stop: file.stop,
+            };
+            let image = self.image_name(&joint.name).map(|name| Joint {
+                name,
+                parent: self.image_of(parent, body_names),
+                child: self.image_of(child, body_names),
+                frame: self.reflection().joint_frame(&joint.frame),
+                ..joint.clone()
+            });
+            joints.push((file, joint));
+            joints.extend(image.map(|image| (file, image)));
+        }
+        self.unique("joint", joints.iter().map(|(file, joint)| (&file.name, joint.name.as_str())));
+        joints
+    }
+
+    fn axis(&mut self, subject: &str, axis: &AxisFile, servos: &[ServoFile]) -> JointAxis {
+        let servo = axis.servo.as_ref().and_then(|name| {
+            let found = servos.iter().find(|servo| servo.name == name.value);
+            if found.is_none() {
+                let known = servos.iter().map(|servo| servo.name.as_str());
+                self.refuse_name(&format!("{subject}servo"), name, "a [servo.NAME]", known);
+            }
+            found
+        });
+        JointAxis {
+            name: axis.name.clone(),
+            about: axis.about,
+            lower_rad: axis.lower_rad,
+            upper_rad: axis.upper_rad,
+            stop_margin_rad: axis.stop_margin_rad,
+            reversed: axis.reversed,
+            servo: servo.map(|servo| Servo {
+                speed_limit_rad_s: servo.speed_limit_rad_s,
+                torque_limit_nm: servo.torque_limit_nm,
+            }),
+            spring: axis.spring,
+        }
+    }
+
+    fn groups<'f>(
+        &mut self,
+        files: &'f [GroupFile],
+        joints: &Names<'_>,
+        bodies: &Names<'_>,
+    ) -> Vec<(&'f GroupFile, Group)> {
+        let mut groups = Vec::new();
+        for file in files {
+            let subject = format!("group '{}': ", file.name.value);
+            let own_joints = self.indices(&format!("{subject}joints"), &file.joints, joints);
+            let contacts = self.indices(&format!("{subject}contacts"), &file.contacts, bodies);
+            let image = self.image_name(&file.name.value).map(|name| Group {
+                name,
+                joints: own_joints.iter().map(|&joint| self.image_of(joint, joints)).collect(),
+                contacts: contacts.iter().map(|&body| self.image_of(body, bodies)).collect(),
+            });
+            let group = Group { name: file.name.value.clone(), joints: own_joints, contacts };
+            groups.push((file, group));
+            groups.extend(image.map(|image| (file, image)));
+        }
+        self.unique("group", groups.iter().map(|(file, group)| (&file.name, group.name.as_str())));
+        for (file, group) in &groups {
+            if joints.indices.contains_key(group.name.as_str()) {
+                let group = described("group", &group.name, &file.name.value);
+                let message = format!("{group} must have a name that no joint has");
+                self.complain(&file.name.place, message);
+            }
+        }
+        groups
+    }
+
+    fn one_sensor_each(&mut self, feet: &[Placed<String>], touch: &[Placed<String>]) {
+        let feet: BTreeSet<_> = feet.iter().map(|name| &name.value).collect();
+        for (i, name) in touch.iter().enumerate().filter(|(_, name)| feet.contains(&name.value)) {
+            let message = format!("touch[{i}] must not be one of feet, got \"{}\"", name.value);
+            self.complain(&name.place, message);
+        }
+    }
+
+    fn group_contacts(&mut self, groups: &Groups<'_>, sensed: &[usize], bodies: &Names<'_>) {
+        for (file, group) in groups {
+            let unsensed = group.contacts.iter().enumerate().filter(|(_, b)| !sensed.contains(b));
+            for (i, &body) in unsensed {
+                let message = format!(
+                    "{}: contacts[{i}] must be among feet and touch, got \"{}\"",
+                    described("group", &group.name, &file.name.value),
+                    bodies.list[body]
+                );
+                let name = file.contacts.get(i).unwrap_or(&file.name);
+                self.complain(&name.place, message);
+            }
+        }
+    }
+
+    /// Every body but one is the child of exactly one joint, and all hang on that one.
+    fn tree(&mut self, joints: &Joints<'_>, bodies: &Bodies<'_>) {
+        let mut joint_above: Vec<Option<usize>> = vec![None; bodies.len()];
+        for (i, (file, joint)) in joints.iter().enumerate() {
+            let Some(other) = joint_above[joint.child].replace(i) else { continue };
+            let message = format!(
+                "{}: child must have no other parent, but '{}' is the child of '{}' too",
+                described("joint", &joint.name, &file.name.value),
+                bodies[joint.child].1.name,
+                joints[other].1.name
+            );
+            self.complain(&file.child.place, message);
+        }
+        let mut free = bodies.iter().zip(&joint_above).filter(|(_, joint)| joint.is_none());
+        if let Some(((_, root), _)) = free.next() {
+            for ((file, body), _) in free {
+                let message = format!(
+                    "{} must be the child of a joint, as all bodies but one ('{}') are",
+                    described("body", &body.name, &file.name.value),
+                    root.name
+                );
+                self.complain(&file.name.place, message);
+            }
+        }
+        self.cycles(joints, bodies, &joint_above);
+    }
+
+    /// Going up from a body ends at a root; a way that comes to a body again goes round.
+    fn cycles(&mut self, joints: &Joints<'_>, bodies: &Bodies<'_>, joint_above: &[Option<usize>]) {
+        let mut known = vec![false; bodies.len()];
+        for start in 0..bodies.len() {
+            let mut way = vec![start];
+            let mut here = start;
+            while let (false, Some(joint)) = (known[here], joint_above[here]) {
+                here = joints[joint].1.parent;
+                if way.contains(&here) {
+                    let (file, joint) = &joints[joint];
+                    let message = format!(
+                        "{}: parent must not hang on the child, as '{}' does on '{}': a cycle",
+                        described("joint", &joint.name, &file.name.value),
+                        bodies[joint.parent].1.name,
+                        bodies[joint.child].1.name
+                    );
+                    self.complain(&file.parent.place, message);
+                    break;
+                }
+                way.push(here);
+            }
+            way.into_iter().for_each(|body| known[body] = true);
+        }
+    }
+
+    /// The axes that names of groups, of joints and of axes stand for.
+    fn axes(
+        &mut self,
+        what: &str,
+        names: &[Placed<String>],
+        parts: &Parts<'_>,
+        driven: bool,
+    ) -> Vec<AxisId> {
+        let mut axes = Vec::new();
+        let mut taken = BTreeSet::new();
+        for (i, name) in names.iter().enumerate() {
+            let what = format!("{what}[{i}]");
+            let Some(found) = parts.axes.get(&name.value) else {
+                let kind = "a group, of a joint or of a joint's axis (\"joint/axis\")";
+                self.refuse_name(&what, name, kind, parts.axes.keys().map(String::as_str));
+                continue;
+            };
+            if found.is_empty() {
+                let message =
+                    format!("{what} must have an axis that moves, but '{}' has none", name.value);
+                self.complain(&name.place, message);
+            }
+            for &id in found {
+                if driven && parts.axis(id).servo.is_none() {
+                    let axis = parts.name(id);
+                    let message = format!("{what} must have a servo, but axis '{axis}' has none");
+                    self.complain(&name.place, message);
+                }
+                if taken.insert((id.joint, id.axis)) {
+                    axes.push(id);
+                } else {
+                    let axis = parts.name(id);
+                    let message =
+                        format!("{what} must not repeat an axis, but '{axis}' came before");
+                    self.complain(&name.place, message);
+                }
+            }
+        }
+        axes
+    }
+}
+
+/// A part, and what it's the mirror image of, if it's one.
+fn described(kind: &str, name: &str, written: &str) -> String {
+    if name == written {
+        format!("{kind} '{name}'")
+    } else {
+        format!("{kind} '{name}' (the mirror image of '{written}')")
+    }
+}
+
+fn mirrored(shape: &Shape, mirror: Mirror) -> Shape {
+    let rod = |rod: &Rod| Rod {
+        radius_m: rod.radius_m,
+        from_m: mirror.point(&rod.from_m),
+        to_m: mirror.point(&rod.to_m),
+    };
+    match shape {
+        Shape::Box { .. } | Shape::Sphere { .. } => shape.clone(),
+        Shape::Capsule(capsule) => Shape::Capsule(rod(capsule)),
+        Shape::Cylinder(cylinder) => Shape::Cylinder(rod(cylinder)),
+    }
+}
+
+/// What sensors and actuators are named by.
+struct Parts<'a> {
+    joints: &'a Joints<'a>,
+    /// Of every group, joint and axis, by name.
+    axes: BTreeMap<String, Vec<AxisId>>,
+}
+
+impl<'a> Parts<'a> {
+    fn new(joints: &'a Joints<'a>, groups: &Groups<'_>) -> Self {
+        let mut parts = Self { joints, axes: BTreeMap::new() };
+        for id in parts.all_axes() {
+            parts.axes.insert(parts.name(id), vec![id]);
+        }
+        for (i, (_, joint)) in joints.iter().enumerate() {
+            parts.axes.insert(joint.name.clone(), parts.axes_of_joint(i).collect());
+        }
+        for (_, group) in groups {
+            let axes = group.joints.iter().flat_map(|&joint| parts.axes_of_joint(joint)).collect();
+            parts.axes.insert(group.name.clone(), axes);
+        }
+        parts
+    }
+
+    fn axis(&self, id: AxisId) -> &JointAxis {
+        &self.joints[id.joint].1.axes[id.axis]
+    }
+
+    fn name(&self, id: AxisId) -> String {
+        format!("{}/{}", self.joints[id.joint].1.name, self.axis(id).name)
+    }
+
+    fn axes_of_joint(&self, joint: usize) -> impl Iterator<Item = AxisId> + use<> {
+        (0..self.joints[joint].1.axes.len()).map(move |axis| AxisId { joint, axis })
+    }
+
+    fn all_axes(&self) -> Vec<AxisId> {
+        (0..self.joints.len()).flat_map(|joint| self.axes_of_joint(joint)).collect()
+    }
+}

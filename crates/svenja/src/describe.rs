@@ -1,0 +1,186 @@
+//! A model as tables to read.
+
+use std::fmt::{self, Write};
+
+use comfy_table::{CellAlignment, Table, presets::ASCII_MARKDOWN};
+use nalgebra::Point3;
+
+use crate::{AxisId, JointAxis, Morphology, Shape};
+
+/// Shows bodies, joints, sensors and actuators as tables in plain text.
+///
+/// ```
+/// use svenja::{Describe, Morphology};
+/// let model = "
+/// name = 'pebble'
+/// heading = { body = 'stone' }
+/// body = [{ name = 'stone', mass_kg = 0.2, shape = { kind = 'sphere', radius_m = 0.03 } }]";
+/// let text = Describe(&Morphology::parse("pebble.toml", model)?).to_string();
+/// assert!(text.contains("1 body, 0.2 kg, 6 degrees of freedom"));
+/// # Ok::<(), svenja::Problems>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Describe<'a>(pub &'a Morphology);
+
+impl fmt::Display for Describe<'_> {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let model = self.0;
+        let n = model.bodies().len();
+        writeln!(out, "{}: {}", model.name(), model.description())?;
+        writeln!(
+            out,
+            "{n} {}, {} kg, {} degrees of freedom; {} position sensors, {} contact sensors, {} \
+             actuators; heading along {} of '{}'",
+            if n == 1 { "body" } else { "bodies" },
+            rounded(model.total_mass_kg()),
+            model.degrees_of_freedom(),
+            model.sensors().len(),
+            model.contacts().len(),
+            model.actuators().len(),
+            triple(&model.heading().axis.into_inner().into()),
+            model.bodies()[model.heading().body].name,
+        )?;
+        writeln!(out, "\n{}", bodies(model))?;
+        if !model.joints().is_empty() {
+            writeln!(out, "\n{}", joints(model))?;
+        }
+        if !model.groups().is_empty() {
+            writeln!(out)?;
+        }
+        for group in model.groups() {
+            let joints: Vec<_> =
+                group.joints.iter().map(|&j| model.joints()[j].name.as_str()).collect();
+            writeln!(out, "group '{}': {}", group.name, joints.join(", "))?;
+        }
+        Ok(())
+    }
+}
+
+fn bodies(model: &Morphology) -> Table {
+    let mut table =
+        table(&["body", "mass kg", "friction", "x m", "y m", "z m", "shape m", "contact"]);
+    for (index, body) in model.bodies().iter().enumerate() {
+        let position = body.pose.translation.vector;
+        let role = |name: &str, at: Option<usize>| at.map(|i| format!("{name} {}", i + 1));
+        let contact = role("foot", model.feet().iter().position(|&foot| foot == index))
+            .or(role("touch", model.contacts().iter().position(|&touch| touch == index)));
+        let penalised = model.penalised().contains(&index).then(|| "penalised".to_owned());
+        let roles: Vec<_> = contact.into_iter().chain(penalised).collect();
+        table.add_row([
+            body.name.clone(),
+            rounded(body.mass_kg),
+            rounded(body.friction),
+            rounded(position.x),
+            rounded(position.y),
+            rounded(position.z),
+            shape(&body.shape),
+            roles.join(", "),
+        ]);
+    }
+    right_align(&mut table, 1..6);
+    table
+}
+
+fn joints(model: &Morphology) -> Table {
+    let mut table = table(&[
+        "joint",
+        "kind",
+        "parent",
+        "child",
+        "axis",
+        "-1 deg",
+        "+1 deg",
+        "stops deg",
+        "rad/s",
+        "N m",
+        "sensor",
+        "actuator",
+    ]);
+    for (j, joint) in model.joints().iter().enumerate() {
+        let name = |body: usize| model.bodies()[body].name.clone();
+        let lead =
+            [joint.name.clone(), joint.kind.name().into(), name(joint.parent), name(joint.child)];
+        if joint.axes.is_empty() {
+            table.add_row(&lead);
+        }
+        for (a, axis) in joint.axes.iter().enumerate() {
+            let id = AxisId { joint: j, axis: a };
+            let place = |of: &[AxisId]| {
+                of.iter()
+                    .position(|&other| other == id)
+                    .map_or(String::new(), |i| (i + 1).to_string())
+            };
+            let row = lead
+                .iter()
+                .cloned()
+                .chain(axis_cells(axis))
+                .chain([place(model.sensors()), place(model.actuators())]);
+            table.add_row(row);
+        }
+    }
+    right_align(&mut table, 5..12);
+    table
+}
+
+fn axis_cells(axis: &JointAxis) -> [String; 6] {
+    let degrees = |angle: f64| rounded(angle.to_degrees());
+    let name = match axis.name == axis.about.name() {
+        true => axis.name.clone(),
+        false => format!("{} ({})", axis.name, axis.about.name()),
+    };
+    let servo = |value: fn(&crate::Servo) -> f64| {
+        axis.servo.as_ref().map_or(String::new(), |servo| rounded(value(servo)))
+    };
+    [
+        name,
+        degrees(axis.angle_of(-1.0)),
+        degrees(axis.angle_of(1.0)),
+        format!(
+            "{} .. {}",
+            degrees(axis.lower_rad - axis.stop_margin_rad),
+            degrees(axis.upper_rad + axis.stop_margin_rad)
+        ),
+        servo(|servo| servo.speed_limit_rad_s),
+        servo(|servo| servo.torque_limit_nm),
+    ]
+}
+
+fn shape(shape: &Shape) -> String {
+    let mut text = shape.name().to_owned();
+    // Writing to a string can't fail.
+    let _ = match shape {
+        Shape::Box { half_extents_m } => {
+            write!(text, ", half extents {}", triple(&(*half_extents_m).into()))
+        }
+        Shape::Sphere { radius_m } => write!(text, ", radius {}", rounded(*radius_m)),
+        Shape::Capsule(rod) | Shape::Cylinder(rod) => {
+            write!(text, ", radius {}, length {}", rounded(rod.radius_m), rounded(rod.length_m()))
+        }
+    };
+    text
+}
+
+fn triple(point: &Point3<f64>) -> String {
+    format!("({}, {}, {})", rounded(point.x), rounded(point.y), rounded(point.z))
+}
+
+/// To three places, without zeros at the end.
+fn rounded(value: f64) -> String {
+    let text = format!("{value:.3}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".into() } else { text.into() }
+}
+
+fn table(header: &[&str]) -> Table {
+    let mut table = Table::new();
+    table.load_preset(ASCII_MARKDOWN).set_header(header);
+    table
+}
+
+fn right_align(table: &mut Table, columns: std::ops::Range<usize>) {
+    for column in columns {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! Shapes of bodies, and how mass is spread in them.
+//!
+//! Principal moments of solids of mass m, filled evenly (any handbook of mechanics):
+//!
+//! ```text
+//! box, half extents a b c    m (b² + c²)/3, m (a² + c²)/3, m (a² + b²)/3
+//! ball, radius r             2/5 m r²
+//! cylinder, length l         across: m (l²/12 + r²/4);  along: m r²/2
+//! capsule                    its cylinder's, and its two half balls': of both together, mass n,
+//!                            across: n (2/5 r² + l²/4 + 3/8 l r);  along: 2/5 n r²
+//! ```
+
+use std::f64::consts::PI;
+
+use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
+
+/// What a body looks like, collides as and gets its inertia from, in the body's frame. The centre of
+/// mass is the frame's origin, wherever the shape is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Shape {
+    /// A box around the origin.
+    Box {
+        /// Half its size along x, y and z, in m.
+        half_extents_m: Vector3<f64>,
+    },
+    /// A ball around the origin.
+    Sphere {
+        /// In m.
+        radius_m: f64,
+    },
+    /// A cylinder with half balls at its ends.
+    Capsule(Rod),
+    /// A cylinder.
+    Cylinder(Rod),
+}
+
+/// A round thing from one point to another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rod {
+    /// In m.
+    pub radius_m: f64,
+    /// One end of the axis, in m; a capsule's half ball lies beyond.
+    pub from_m: Point3<f64>,
+    /// The other end, in m.
+    pub to_m: Point3<f64>,
+}
+
+impl Rod {
+    /// From end to end, in m, without a capsule's half balls.
+    #[must_use]
+    pub fn length_m(&self) -> f64 {
+        (self.to_m - self.from_m).norm()
+    }
+
+    /// Its centre, in m.
+    #[must_use]
+    pub fn centre_m(&self) -> Point3<f64> {
+        nalgebra::center(&self.from_m, &self.to_m)
+    }
+
+    /// The least turn that takes z to the rod's axis, either way along it.
+    #[must_use]
+    pub fn from_z(&self) -> UnitQuaternion<f64> {
+        let axis = (self.to_m - self.from_m).normalize();
+        let axis = if axis.z < 0.0 { -axis } else { axis };
+        let turn = Vector3::z().cross(&axis);
+        UnitQuaternion::from_quaternion(Quaternion::from_parts(1.0 + axis.z, turn))
+    }
+}
+
+impl Shape {
+    /// Its name in model files.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Box { .. } => "box",
+            Self::Sphere { .. } => "sphere",
+            Self::Capsule(_) => "capsule",
+            Self::Cylinder(_) => "cylinder",
+        }
+    }
+
+    /// From the body's frame to that of the shape's own axes, along z for what is round.
+    #[must_use]
+    pub fn principal_axes(&self) -> UnitQuaternion<f64> {
+        match self {
+            Self::Box { .. } | Self::Sphere { .. } => UnitQuaternion::identity(),
+            Self::Capsule(rod) | Self::Cylinder(rod) => rod.from_z(),
+        }
+    }
+
+    /// Principal moments about its own axes, in kg m², of a mass in kg.
+    #[must_use]
+    pub fn inertia_kg_m2(&self, mass_kg: f64) -> Vector3<f64> {
+        match self {
+            Self::Box { half_extents_m } => {
+                let s = half_extents_m.component_mul(half_extents_m);
+                Vector3::new(s.y + s.z, s.x + s.z, s.x + s.y) * (mass_kg / 3.0)
+            }
+            Self::Sphere { radius_m } => Vector3::repeat(0.4 * mass_kg * radius_m * radius_m),
+            Self::Cylinder(rod) => cylinder(mass_kg, rod.radius_m, rod.length_m()),
+            Self::Capsule(rod) => {
+                let (r, l) = (rod.radius_m, rod.length_m());
+                let (cylinder_volume, ball_volume) = (PI * r * r * l, 4.0 / 3.0 * PI * r * r * r);
+                let n = mass_kg * ball_volume / (cylinder_volume + ball_volume);
+                let along = 0.4 * n * r * r;
+                let across = along + n * (l * l / 4.0 + 3.0 / 8.0 * l * r);
+                cylinder(mass_kg - n, r, l) + Vector3::new(across, across, along)
+            }
+        }
+    }
+}
+
+/// About x, y and its axis z.
+fn cylinder(m: f64, r: f64, l: f64) -> Vector3<f64> {
+    let across = m * (l * l / 12.0 + r * r / 4.0);
+    Vector3::new(across, across, m * r * r / 2.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rod(radius_m: f64, to: [f64; 3]) -> Rod {
+        Rod { radius_m, from_m: Point3::origin(), to_m: Point3::from(to) }
+    }
+
+    /// Sums over small cubes: an inertia that no formula went into. With cubes of h, a surface is
+    /// off by up to h/2: a part of h/r of what matters, 2 % here.
+    #[test]
+    fn inertia_is_that_of_the_solid() {
+        let (r, l, h) = (1.0, 3.0, 0.02);
+        let inside_cylinder = |p: &Vector3<f64>| p.z.abs() <= l / 2.0 && p.xy().norm() <= r;
+        let inside_capsule = |p: &Vector3<f64>| {
+            let end = Vector3::new(0.0, 0.0, p.z.clamp(-l / 2.0, l / 2.0));
+            (p - end).norm() <= r
+        };
+        let half = Vector3::new(0.5, 1.0, 1.5);
+        let inside_box = |p: &Vector3<f64>| (0..3).all(|i| p[i].abs() <= half[i]);
+        let inside_ball = |p: &Vector3<f64>| p.norm() <= r;
+        type Inside<'a> = &'a dyn Fn(&Vector3<f64>) -> bool;
+        let cases: [(Shape, Inside<'_>); 4] = [
+            (Shape::Cylinder(rod(r, [0.0, 0.0, l])), &inside_cylinder),
+            (Shape::Capsule(rod(r, [0.0, 0.0, l])), &inside_capsule),
+            (Shape::Box { half_extents_m: half }, &inside_box),
+            (Shape::Sphere { radius_m: r }, &inside_ball),
+        ];
+        for (shape, inside) in cases {
+            let (mut sum, mut count) = (Vector3::zeros(), 0.0);
+            let n = (2.6 / h) as i32;
+            for i in -n..n {
+                for j in -n / 2..n / 2 {
+                    for k in -n..n {
+                        let p = Vector3::new(f64::from(j), f64::from(i), f64::from(k));
+                        let p = (p + Vector3::repeat(0.5)) * h;
+                        if inside(&p) {
+                            let s = p.component_mul(&p);
+                            sum += Vector3::new(s.y + s.z, s.x + s.z, s.x + s.y);
+                            count += 1.0;
+                        }
+                    }
+                }
+            }
+            let counted = sum * (5.0 / count);
+            let formula = shape.inertia_kg_m2(5.0);
+            for i in 0..3 {
+                let ratio = formula[i] / counted[i];
+                assert!((ratio - 1.0).abs() < 0.02, "{}: {formula} {counted}", shape.name());
+            }
+        }
+    }
+
+    #[test]
+    fn a_rod_lies_along_its_own_z_axis() {
+        for to in [[0.0, 0.0, 2.0], [0.0, 0.0, -2.0], [2.0, 0.0, 0.0], [0.6, -1.0, -0.3]] {
+            let rod = rod(0.1, to);
+            let axis = rod.from_z() * Vector3::z();
+            let along = (rod.to_m - rod.from_m).normalize();
+            // A few roundings.
+            assert!((axis.dot(&along).abs() - 1.0).abs() < 1e-14, "{to:?}");
+        }
+    }
+}

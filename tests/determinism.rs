@@ -1,0 +1,116 @@
+//! The same experiment gives the same bytes: however often it runs, over however many threads, in
+//! a sweep or alone, in one go or in many, to its end at once or extended.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+mod common;
+
+use std::{collections::BTreeMap, fs, path::Path};
+
+use common::*;
+
+/// What a cell leaves.
+const FILES: [&str; 4] = ["checkpoint", "metrics.csv", "policy.safetensors", "replay.safetensors"];
+
+/// All that the four cells leave, trained with these words; the folder's name is one of them.
+fn trained(name: &str, more: &[&str]) -> BTreeMap<String, Vec<u8>> {
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path().join(name);
+    train(&run, more).ends(DONE);
+    results(&run)
+}
+
+#[test]
+fn two_runs_and_any_number_of_threads_agree() {
+    let one = trained("run", &["--threads", "1"]);
+    let names: Vec<_> = ["xi=0.75", "xi=1"]
+        .iter()
+        .flat_map(|xi| [1, 2].map(|seed| format!("{xi}/seed={seed}")))
+        .flat_map(|cell| FILES.map(|file| format!("{cell}/{file}")))
+        .collect();
+    assert_eq!(one.keys().cloned().collect::<Vec<_>>(), names);
+    assert_same(&one, &trained("elsewhere", &["--threads", "3"]));
+    // Bytes that no setting changes would agree, too.
+    for file in FILES {
+        let of = |cell: &str| &one[&format!("{cell}/{file}")];
+        assert!(of("xi=1/seed=1") != of("xi=1/seed=2"), "{file}");
+        assert!(of("xi=0.75/seed=1") != of("xi=1/seed=1"), "{file}");
+    }
+}
+
+#[test]
+fn a_cell_alone_is_as_in_the_sweep() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path().join("run");
+    // Backwards, and each in a process of its own.
+    for index in ["3", "2", "1", "0"] {
+        itarl(&["cell", CRAWLER, "--index", index, "--out", text(&run)]).ends(DONE);
+    }
+    assert_same(&results(&run), &trained("run", &[]));
+}
+
+/// Goes on in calls of so many updates until all is done.
+fn in_calls(run: &Path, lengths: &[&str]) -> usize {
+    let mut calls = 1;
+    let mut lengths = lengths.iter().cycle();
+    let mut said = train(run, &["--stop-after", lengths.next().unwrap()]);
+    while said.code == Some(STOPPED) {
+        calls += 1;
+        said = itarl(&["resume", text(run), "--stop-after", lengths.next().unwrap()]);
+    }
+    said.ends(DONE);
+    calls
+}
+
+#[test]
+fn in_one_go_or_in_many() {
+    let through = trained("run", &[]);
+    // A checkpoint is due at every fourth of 30 updates: these stop beside them and on them.
+    for (lengths, n) in [(["1", "2", "10"], 9), (["4", "8", "4"], 6), (["7", "7", "7"], 5)] {
+        let folder = tempfile::tempdir().unwrap();
+        let run = folder.path().join("run");
+        assert_eq!(in_calls(&run, &lengths), n);
+        assert_same(&results(&run), &through);
+    }
+}
+
+#[test]
+fn extended_or_as_long_from_the_start() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path().join("run");
+    train(&run, &["--set", "learning.updates=18"]).ends(DONE);
+    let short = results(&run);
+    itarl(&["resume", text(&run), "--updates", "22"]).ends(DONE);
+    train(&run, &[]).ends(DONE);
+    let through = folder.path().join("through");
+    train(&through, &[]).ends(DONE);
+    assert_same(&results(&run), &results(&through));
+    assert!(short["xi=1/seed=1/checkpoint"] != results(&run)["xi=1/seed=1/checkpoint"]);
+    for file in ["manifest.json", "experiment.toml"] {
+        let of = |run: &Path| fs::read_to_string(run.join(file)).unwrap();
+        assert_eq!(of(&run), of(&through), "{file}");
+    }
+}
+
+/// With all the paper's settings but the lengths.
+#[test]
+fn svenja_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let sets = [
+        "learning.updates=3",
+        "learning.steps_per_update=5",
+        "control.settle_steps=2",
+        "checkpoint.every=2",
+        "sweep.seeds=1",
+    ];
+    let sets = sets.iter().flat_map(|it| ["--set", it]);
+    let words: Vec<_> = ["train", "experiments/quick.toml"].into_iter().chain(sets).collect();
+    let run = |name: &str, more: &[&str], code| {
+        let run = folder.path().join(name);
+        itarl(&[&words[..], &["--out", text(&run)], more].concat()).ends(code);
+        results(&run)
+    };
+    let through = run("through", &["--threads", "1"], DONE);
+    assert_eq!(through.len(), 2 * FILES.len());
+    run("cut", &["--stop-after", "1"], STOPPED);
+    assert_same(&run("cut", &["--threads", "2"], DONE), &through);
+}
