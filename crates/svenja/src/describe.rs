@@ -26,7 +26,10 @@ impl fmt::Display for Describe<'_> {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let model = self.0;
         let n = model.bodies().len();
-        writeln!(out, "{}: {}", model.name(), model.description())?;
+        match model.description() {
+            "" => writeln!(out, "{}", model.name())?,
+            description => writeln!(out, "{}: {description}", model.name())?,
+        }
         writeln!(
             out,
             "{n} {}, {} kg, {} degrees of freedom; {} position sensors, {} contact sensors, {} \

@@ -12,12 +12,10 @@ pub enum Error {
         message: String,
     },
     /// A cell that blew up: it can't go on.
-    #[error("control step {step} (update {update}): {message}")]
+    #[error("{when}: {message}")]
     BlewUp {
-        /// Control steps done, with this one, settling not counted.
-        step: u64,
-        /// The update that it would have led to, from 1.
-        update: u64,
+        /// The control step, counted from 1 after settling, or the update.
+        when: String,
         /// What blew up, and where.
         message: String,
     },

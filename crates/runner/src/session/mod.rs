@@ -81,8 +81,11 @@ impl Session {
     ) -> Result<Self, Error> {
         let mut session = Self::build(experiment, morphology, seed)?;
         let neutral = vec![0.0; session.buffers.targets.len()];
-        for _ in 0..experiment.control.settle_steps {
-            session.body.hold(&neutral).map_err(|error| session.blew_up(error))?;
+        for step in 1..=experiment.control.settle_steps {
+            session.body.hold(&neutral).map_err(|error| Error::BlewUp {
+                when: format!("settling, control step {step}"),
+                message: error.to_string(),
+            })?;
         }
         session.begin()?;
         Ok(session)
@@ -169,7 +172,10 @@ impl Session {
         for _ in 0..self.steps_per_update {
             self.control_step()?;
         }
-        self.learn().map_err(|error| self.blew_up(error))?;
+        self.learn().map_err(|error| Error::BlewUp {
+            when: format!("update {}", self.updates + 1),
+            message: error.to_string(),
+        })?;
         Ok(self.row())
     }
 
@@ -257,7 +263,10 @@ impl Session {
     }
 
     fn blew_up(&self, error: impl std::fmt::Display) -> Error {
-        Error::BlewUp { step: self.steps + 1, update: self.updates + 1, message: error.to_string() }
+        Error::BlewUp {
+            when: format!("control step {} (update {})", self.steps + 1, self.updates + 1),
+            message: error.to_string(),
+        }
     }
 
     /// Updates done.

@@ -1,11 +1,12 @@
 //! One cell from where it stands to where it's to stop.
 
 use anyhow::Context;
+use crbm::Layout;
 
 use super::{Lab, LabCell, Limits, Observer, Stop};
 use crate::{
     session::{Error, Session},
-    store::{OpenCell, Snapshot},
+    store::{CellFolder, OpenCell, Recording, Snapshot, atomic},
 };
 
 /// How a cell's training ended in this call.
@@ -45,6 +46,7 @@ fn train(
     if let Some(reason) = cell.folder.failure()? {
         return Ok(Ending::Failed(reason));
     }
+    check_exports(&cell.folder)?;
     let (mut open, checkpoint) = OpenCell::open(cell.folder.clone(), cell.identity)?;
     let target = settings.learning.updates;
     let saved = checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.header.updates);
@@ -87,6 +89,17 @@ fn train(
         save(&mut open, &mut session)?;
     }
     Ok(if session.updates() == target { Ending::Done } else { Ending::Stopped })
+}
+
+/// Exports may be missing, or older than the checkpoint; damaged ones are for a person to look at.
+fn check_exports(folder: &CellFolder) -> anyhow::Result<()> {
+    let advice = "delete it, and a resume makes it again from the checkpoint";
+    if let Some(bytes) = atomic::read(&folder.policy())? {
+        Layout::from_safetensors(&bytes)
+            .with_context(|| format!("{}: damaged: {advice}", folder.policy().display()))?;
+    }
+    Recording::read(&folder.replay()).context(advice)?;
+    Ok(())
 }
 
 fn save(open: &mut OpenCell, session: &mut Session) -> anyhow::Result<()> {
