@@ -37,6 +37,8 @@
 
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "bullet")]
+mod build;
 mod check;
 mod describe;
 mod file;
