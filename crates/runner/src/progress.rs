@@ -14,6 +14,10 @@ use crate::{
     training::{Ending, Lab, LabCell, Observer},
 };
 
+/// What the bars show; a test parses both.
+const OVERALL: &str = "{msg} {bar:30} {percent:>3} %  {per_sec} control steps/s  {eta} left";
+const CELL: &str = "  {prefix}  {wide_msg}";
+
 /// Between two lines where there's no terminal.
 const LINE_EVERY: Duration = Duration::from_secs(10);
 
@@ -74,10 +78,7 @@ impl Bars {
     fn new(name: &str, work: &Work) -> Self {
         let bars = MultiProgress::new();
         let overall = bars.add(ProgressBar::new(work.total));
-        // The template is right: a test draws it.
-        let style = ProgressStyle::with_template(
-            "{msg} {bar:30} {percent:>3} %  {per_sec} control steps/s  {eta} left",
-        );
+        let style = ProgressStyle::with_template(OVERALL);
         overall.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()).with_key(
             "per_sec",
             |state: &indicatif::ProgressState, out: &mut dyn std::fmt::Write| {
@@ -101,8 +102,7 @@ impl Observer for Bars {
     fn begin(&self, cell: &LabCell, updates: u64) {
         let line = self.bars.add(ProgressBar::no_length());
         line.set_style(
-            ProgressStyle::with_template("  {prefix}  {wide_msg}")
-                .unwrap_or_else(|_| ProgressStyle::default_bar()),
+            ProgressStyle::with_template(CELL).unwrap_or_else(|_| ProgressStyle::default_bar()),
         );
         line.set_prefix(name(cell));
         line.set_message(format!("update {updates}/{}", cell.cell.experiment.learning.updates));
@@ -126,7 +126,9 @@ impl Observer for Bars {
 
 impl Drop for Bars {
     fn drop(&mut self) {
-        self.overall.abandon();
+        self.overall.finish_and_clear();
+        // A terminal that can't be cleared can't be told of it either.
+        let _ = self.bars.clear();
     }
 }
 
@@ -177,5 +179,17 @@ impl Observer for Lines {
             Ending::Broken(_) => "broken",
         };
         tell(format_args!("{}: {}: {how}", self.name, name(cell)));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_templates_are_right() {
+        for template in [OVERALL, CELL] {
+            ProgressStyle::with_template(template).unwrap();
+        }
     }
 }
