@@ -23,7 +23,7 @@ demo: setup
 	@code=0; target/release/itarl train experiments/quick.toml --out runs/quick || code=$$?; \
 	  test $$code -eq 75 && echo "stopped; the same command goes on"; exit $$code
 	target/release/itarl summary runs/quick
-	@echo "results: runs/quick (docs/run-folders.md); next: itarl rollout runs/quick/cells/xi=0.75/seed=1"
+	@echo "results: runs/quick (docs/run-folders.md); next: target/release/itarl rollout runs/quick/cells/xi=0.75/seed=1"
 
 test: setup
 	cargo test --workspace

@@ -416,4 +416,18 @@ void World::read_joints(rust::Slice<JointState> out) const {
   }
 }
 
+void World::read_joints_of(rust::Slice<const JointId> ids, rust::Slice<JointState> out) const {
+  const Call call{"read_joints_of"};
+  if (out.size() != ids.size()) {
+    call.refuse("out", std::to_string(ids.size()) + " entries long", std::to_string(out.size()));
+  }
+  const auto& joints = state_->joints;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    if (ids[i].slot >= joints.size() || !joints[ids[i].slot]) {
+      state_->joint(call, "ids[" + std::to_string(i) + "]", ids[i]);
+    }
+    out[i] = read_joint(*joints[ids[i].slot]);
+  }
+}
+
 }  // namespace itarl

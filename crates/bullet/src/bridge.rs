@@ -278,6 +278,7 @@ pub mod ffi {
         /// `out` must have as many entries as there are slots or contacts.
         fn read_bodies(&self, out: &mut [BodyState]) -> Result<()>;
         fn read_joints(&self, out: &mut [JointState]) -> Result<()>;
+        fn read_joints_of(&self, ids: &[JointId], out: &mut [JointState]) -> Result<()>;
         fn read_contacts(&self, out: &mut [Contact]) -> Result<()>;
         fn mass_properties(&self, id: BodyId) -> Result<[f64; 4]>;
 

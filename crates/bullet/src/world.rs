@@ -156,6 +156,13 @@ impl World {
         Ok(self.inner.read_joints(out)?)
     }
 
+    /// What some joints do now, `out[i]` for `ids[i]`. `out` is resized to fit. Angles take time, so
+    /// that reading only what is needed pays in a loop.
+    pub fn read_joints_of(&self, ids: &[JointId], out: &mut Vec<JointState>) -> Result<(), Error> {
+        out.resize(ids.len(), JointState::default());
+        Ok(self.inner.read_joints_of(ids, out)?)
+    }
+
     /// All contact points of the last step, in Bullet's order. `out` is resized to fit.
     pub fn read_contacts(&self, out: &mut Vec<Contact>) -> Result<(), Error> {
         out.resize(self.inner.contact_count(), Contact::NONE);

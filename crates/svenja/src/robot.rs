@@ -4,7 +4,7 @@ use bullet::{Axis, BodyId, BodyState, Contact, JointId, JointState, MotorCommand
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::{
-    AxisId, JointAxis, Morphology,
+    AxisId, Joint, JointAxis, Morphology,
     build::{Part, add_body, bullet_axis, bullet_joint},
     servo_velocity,
 };
@@ -78,6 +78,8 @@ pub struct Robot {
     /// The index of each of the world's bodies among the parts.
     part_of_slot: Vec<Option<usize>>,
     joints: Vec<JointId>,
+    /// Those that move, which alone are looked at: an angle takes an arc tangent.
+    moving: Vec<JointId>,
     joint_names: Vec<(String, usize)>,
     sensors: Vec<Sensor>,
     servos: Vec<ServoDrive>,
@@ -88,6 +90,7 @@ pub struct Robot {
     total_mass_kg: f64,
     /// Buffers.
     states: Vec<BodyState>,
+    /// `[n_moving]`
     joint_states: Vec<JointState>,
     contact_points: Vec<Contact>,
     touching: Vec<bool>,
@@ -96,7 +99,9 @@ pub struct Robot {
 
 #[derive(Debug)]
 struct Sensor {
-    joint: usize,
+    joint: JointId,
+    /// The joint's place among those that move.
+    state: usize,
     place: Axis,
     axis: JointAxis,
 }
@@ -129,8 +134,21 @@ impl Robot {
         for joint in morphology.joints() {
             joints.push(world.add_joint(&bullet_joint(joint, morphology, &parts))?);
         }
-        let drive = |&id: &AxisId| {
-            let sensor = sensor(morphology, id);
+        let moves = |(_, joint): &(&JointId, &Joint)| !joint.axes.is_empty();
+        let moving: Vec<_> =
+            joints.iter().zip(morphology.joints()).filter(moves).map(|(&id, _)| id).collect();
+        let sensor = |&id: &AxisId| {
+            let joint = joints[id.joint];
+            Sensor {
+                joint,
+                // The joints' ids grow.
+                state: moving.partition_point(|other| *other < joint),
+                place: bullet_axis(morphology.joints()[id.joint].kind, morphology.axis(id).about),
+                axis: morphology.axis(id).clone(),
+            }
+        };
+        let drive = |id: &AxisId| {
+            let sensor = sensor(id);
             let servo = sensor.axis.servo?;
             Some(ServoDrive {
                 speed_limit_rad_s: servo.speed_limit_rad_s,
@@ -139,15 +157,18 @@ impl Robot {
                 sensor,
             })
         };
+        let sensors = morphology.sensors().iter().map(sensor).collect();
+        let servos = morphology.actuators().iter().filter_map(drive).collect();
         let heading = morphology.heading();
         let mut robot = Self {
             touching: vec![false; parts.len()],
             parts,
             part_of_slot,
             joints,
+            moving,
             joint_names: morphology.joints().iter().map(|j| (j.name.clone(), j.child)).collect(),
-            sensors: morphology.sensors().iter().map(|&id| sensor(morphology, id)).collect(),
-            servos: morphology.actuators().iter().filter_map(drive).collect(),
+            sensors,
+            servos,
             contacts: morphology.contacts().to_vec(),
             penalised: morphology.penalised().to_vec(),
             heading: (heading.body, heading.axis.into_inner()),
@@ -178,9 +199,10 @@ impl Robot {
     }
 
     fn look_at_joints(&mut self, world: &World) -> Result<(), Error> {
-        world.read_joints(&mut self.joint_states)?;
-        let n_slots = self.joints.last().map_or(0, |joint| joint.index() + 1);
-        if self.joint_states.len() < n_slots { Err(Error::OtherWorld) } else { Ok(()) }
+        world.read_joints_of(&self.moving, &mut self.joint_states).map_err(|error| match error {
+            bullet::Error::UnknownId { .. } => Error::OtherWorld,
+            error => error.into(),
+        })
     }
 
     /// Looks at the world as it is now; the readings are put into `out`, which keeps its room. What
@@ -197,8 +219,7 @@ impl Robot {
         out.values.clear();
         out.clipped.clear();
         for sensor in &self.sensors {
-            let angle =
-                self.joint_states[self.joints[sensor.joint].index()].position_of(sensor.place);
+            let angle = self.joint_states[sensor.state].position_of(sensor.place);
             let value = sensor.axis.value_of(angle);
             out.values.push(value.clamp(-1.0, 1.0));
             out.clipped.push(value.abs() > 1.0);
@@ -255,11 +276,11 @@ impl Robot {
         self.look_at_joints(world)?;
         self.commands.clear();
         for servo in &self.servos {
-            let joint = self.joints[servo.sensor.joint];
-            let angle = self.joint_states[joint.index()].position_of(servo.sensor.place);
+            let Sensor { joint, state, place, .. } = servo.sensor;
+            let angle = self.joint_states[state].position_of(place);
             self.commands.push(MotorCommand {
                 joint,
-                axis: servo.sensor.place,
+                axis: place,
                 target_velocity: servo_velocity(servo.target, angle, servo.speed_limit_rad_s),
                 max_force: servo.torque_limit_nm,
             });
@@ -351,10 +372,4 @@ impl Robot {
     pub fn joint_id(&self, joint: usize) -> JointId {
         self.joints[joint]
     }
-}
-
-fn sensor(morphology: &Morphology, id: AxisId) -> Sensor {
-    let axis = morphology.axis(id).clone();
-    let place = bullet_axis(morphology.joints()[id.joint].kind, axis.about);
-    Sensor { joint: id.joint, place, axis }
 }
