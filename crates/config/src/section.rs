@@ -62,7 +62,15 @@ impl<'a> Section<'a> {
             }
             if !self.asked.contains(&key.name) {
                 let advice = advice(&key.name, self.asked.iter().map(String::as_str));
-                self.complain(&key.place, format!("unknown key '{key}'{advice}"));
+                let message = format!("unknown key '{key}'{advice}");
+                // Line and column say which table it is, but not what is called there; and the
+                // command line has none.
+                if key.place.line > 0 && !self.subject.contains('\'') {
+                    let place = key.place.clone();
+                    self.problems.borrow_mut().push(Problem { place, message });
+                } else {
+                    self.complain(&key.place, message);
+                }
             }
         }
     }
