@@ -11,8 +11,8 @@ use svenja::Morphology;
 use crate::{
     experiment::Experiment,
     gait::Gait,
-    reward::{Reward, Step, Terms},
-    session::{Body, Codec, codec_shape, sensor_layout, turned},
+    reward::{Reward, Terms},
+    session::{Body, Codec, codec_shape, sensor_layout},
 };
 
 /// What decides about targets.
@@ -135,22 +135,16 @@ pub fn roll_out(
     let n_contacts = morphology.contacts().len();
     let mut summary =
         Summary { steps: n_steps, contacts: vec![0.0; n_contacts], ..Summary::default() };
-    let start = body.centre_of_gravity_m();
+    let start = body.whereabouts().centre_of_gravity_m;
     for step in 0..n_steps {
-        let (before, heading) = (body.centre_of_gravity_m(), body.heading());
+        let before = body.whereabouts();
         driver.decide(step, &codec, &mut targets)?;
         body.hold(&targets)?;
         codec.encode(&body.readings().values)?;
-        let moved = body.centre_of_gravity_m() - before;
-        let did = Step {
-            bins: codec.bins(),
-            advance_m: moved.xy().dot(&body.heading().xy()),
-            heading_change_rad: turned(&heading, &body.heading()),
-            penalised_contacts: body.n_penalised_contacts(),
-        };
+        let did = body.step_since(&before, codec.bins());
         let seen = RolloutStep {
             step,
-            position_m: body.centre_of_gravity_m().coords.into(),
+            position_m: body.whereabouts().centre_of_gravity_m.coords.into(),
             terms: reward.evaluate(&did, 0)?,
             advance_m: did.advance_m,
             heading_change_rad: did.heading_change_rad,
@@ -161,7 +155,8 @@ pub fn roll_out(
         summary.add(&seen, n_contacts);
         see(&seen)?;
     }
-    summary.net_displacement_m = (body.centre_of_gravity_m() - start).xy().norm();
+    let end = body.whereabouts().centre_of_gravity_m;
+    summary.net_displacement_m = (end - start).xy().norm();
     Ok(summary)
 }
 

@@ -13,9 +13,9 @@ use crate::{
 pub(super) fn status(folder: &Path) -> anyhow::Result<Outcome> {
     let run = Run::open(folder)?;
     let plan = Plan::open(&run.experiment_path(), &[])?;
-    let targets: Vec<_> =
-        plan.cells().iter().map(|cell| cell.experiment.learning.updates).collect();
-    let cells = look(&run, targets.iter().copied().max().unwrap_or_default());
+    let target_of =
+        |index: usize| plan.cells().get(index).map_or(0, |cell| cell.experiment.learning.updates);
+    let cells = look(&run, target_of);
     say(table(&cells))?;
     say(summary(&cells))?;
     let broken = |cell: &&CellStatus| matches!(cell.state, State::Failed(_) | State::Unreadable(_));

@@ -137,35 +137,6 @@ impl Plan {
         file.to_string()
     }
 
-    /// What differs from another plan, a line a key, as in `learning.rate: 1 there, 0.3 here`;
-    /// `there` is the other one. Descriptions don't count.
-    #[must_use]
-    pub fn differences(&self, other: &Self) -> Vec<String> {
-        let (here, there) = (self.shown(), other.shown());
-        let find = |list: &[(String, String)], key: &str| {
-            let found = list.iter().find(|(known, _)| known == key);
-            found.map_or("nothing".to_owned(), |(_, value)| value.clone())
-        };
-        let only_there = there.iter().filter(|(key, _)| here.iter().all(|(known, _)| known != key));
-        let keys = here.iter().chain(only_there).map(|(key, _)| key);
-        keys.filter_map(|key| {
-            let (here, there) = (find(&here, key), find(&there, key));
-            (here != there).then(|| format!("{key}: {there} there, {here} here"))
-        })
-        .collect()
-    }
-
-    fn shown(&self) -> Vec<(String, String)> {
-        let shared = self.shared().into_iter().filter(|(key, _)| key != "description");
-        let mut all: Vec<_> = shared.map(|(key, value)| (key, leaves::shown(&value))).collect();
-        for (key, values) in &self.axes {
-            let values = leaves::shown(&values.clone().into());
-            all.push((key.clone(), format!("swept over {values}")));
-        }
-        all.push(("sweep.seeds".into(), leaves::shown(&self.seeds_value())));
-        all
-    }
-
     /// Keys with values that are the same in all cells, and that nothing sweeps. A value that
     /// varies though nothing sweeps it is a default, which follows from what is swept.
     fn shared(&self) -> Vec<(String, toml::Value)> {

@@ -191,7 +191,6 @@ proptest! {
         let again = self::plan(&text);
         prop_assert!(again == plan, "{}", text);
         prop_assert_eq!(again.to_toml(), text);
-        prop_assert_eq!(again.differences(&plan), Vec::<String>::new());
     }
 
     #[test]
@@ -319,29 +318,6 @@ fn overrides_are_checked_like_the_file() {
                     'decay', 'momentum'\n\
                     --set z: key=value expected, as in --set learning.rate=0.3";
     assert_eq!(found.unwrap_err(), expected);
-}
-
-#[test]
-fn differences_name_the_key_and_both_values() {
-    let text = |rest: &str| format!("model = '/m'\n{rest}");
-    let run = plan(&text("description = 'x'\nlearning.rate = 1\n[sweep]\nseeds = 3"));
-    let file = plan(&text(
-        "learning = { rate = 0.3, optimiser = 'momentum' }\nreward.mix.power = 1\n\
-                           [sweep]\n'reward.mix.xi' = [0.75, 1]",
-    ));
-    assert_eq!(
-        file.differences(&run),
-        [
-            "reward.penalty: 0.0001 there, 0.001 here",
-            "reward.mix.power: 2 there, 1 here",
-            "learning.rate: 1 there, 0.3 here",
-            "reward.mix.xi: 0.75 there, swept over [0.75, 1] here",
-            "sweep.seeds: 3 there, 1 here",
-        ]
-    );
-    assert_eq!(run.differences(&run), Vec::<String>::new());
-    let adam = plan(&text("learning.optimiser = 'adam'\nsweep.seeds = 3"));
-    assert!(adam.differences(&run).contains(&"learning.rate: 1 there, nothing here".to_owned()));
 }
 
 #[test]

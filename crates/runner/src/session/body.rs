@@ -6,7 +6,7 @@ use bullet::{SolverMode, World, WorldSettings};
 use nalgebra::{Point3, Vector3};
 use svenja::{Morphology, Readings, Robot, add_ground};
 
-use crate::experiment::Experiment;
+use crate::{experiment::Experiment, reward::Step};
 
 /// A robot on the ground of a world of its own.
 #[derive(Debug)]
@@ -112,22 +112,26 @@ impl Body {
         &self.readings
     }
 
-    /// Of the whole robot, in m.
+    /// Where the robot is now.
     #[must_use]
-    pub fn centre_of_gravity_m(&self) -> Point3<f64> {
-        self.robot.centre_of_gravity_m()
+    pub fn whereabouts(&self) -> Whereabouts {
+        Whereabouts {
+            centre_of_gravity_m: self.robot.centre_of_gravity_m(),
+            heading: self.robot.heading(),
+        }
     }
 
-    /// The heading axis in space.
+    /// What a control step did that began somewhere and ended here, with this reading's bins.
     #[must_use]
-    pub fn heading(&self) -> Vector3<f64> {
-        self.robot.heading()
-    }
-
-    /// Penalised parts that touch something.
-    #[must_use]
-    pub fn n_penalised_contacts(&self) -> usize {
-        self.robot.n_penalised_contacts()
+    pub fn step_since<'a>(&self, before: &Whereabouts, bins: &'a [u64]) -> Step<'a> {
+        let now = self.whereabouts();
+        let moved = now.centre_of_gravity_m - before.centre_of_gravity_m;
+        Step {
+            bins,
+            advance_m: moved.xy().dot(&now.heading.xy()),
+            heading_change_rad: turned(&before.heading, &now.heading),
+            penalised_contacts: self.robot.n_penalised_contacts(),
+        }
     }
 
     /// Which bodies touch something, 1 or 0 each, in the model's order.
@@ -155,9 +159,17 @@ impl Body {
     }
 }
 
+/// Where a robot is, and where it heads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Whereabouts {
+    /// Of the whole robot, in m.
+    pub centre_of_gravity_m: Point3<f64>,
+    /// The heading axis in space, of length 1.
+    pub heading: Vector3<f64>,
+}
+
 /// How far a heading turned to the left, in rad, seen from above.
-#[must_use]
-pub fn turned(from: &Vector3<f64>, to: &Vector3<f64>) -> f64 {
+fn turned(from: &Vector3<f64>, to: &Vector3<f64>) -> f64 {
     libm::atan2(from.x * to.y - from.y * to.x, from.x * to.x + from.y * to.y)
 }
 

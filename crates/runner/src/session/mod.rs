@@ -15,17 +15,16 @@ use std::time::{Duration, Instant};
 
 use crbm::{ChainRng, Policy, Sampling};
 use gpomdp::{Estimator, EstimatorSettings, Optimiser};
-use nalgebra::{Point3, Vector3};
 use svenja::Morphology;
 
-pub use body::{Body, turned};
+pub use body::{Body, Whereabouts};
 pub use codec::{Codec, CodecShape};
 pub use error::Error;
 pub use wind::Wind;
 
 use crate::{
     experiment::Experiment,
-    reward::{Group, Reward, SensorLayout, Step, Terms},
+    reward::{Group, Reward, SensorLayout, Terms},
     store::{Layout, Recording, Ring, Row, Step as Recorded},
 };
 use tally::Tally;
@@ -48,8 +47,8 @@ pub struct Session {
     /// Control steps done, settling not counted.
     steps: u64,
     updates: u64,
-    centre_of_gravity_m: Point3<f64>,
-    heading: Vector3<f64>,
+    /// At the end of the last control step.
+    whereabouts: Whereabouts,
     buffers: Buffers,
     /// Spent in the policy's act and score, for `itarl bench`; no result knows it.
     policy_time: Duration,
@@ -129,8 +128,7 @@ impl Session {
             ring: Ring::new(ring_layout, experiment.record.steps as usize)
                 .map_err(|e| build(&e))?,
             chains: policy.rng(seed, "policy"),
-            centre_of_gravity_m: body.centre_of_gravity_m(),
-            heading: body.heading(),
+            whereabouts: body.whereabouts(),
             tally: Tally::default(),
             steps: 0,
             updates: 0,
@@ -154,13 +152,8 @@ impl Session {
     fn begin(&mut self) -> Result<(), Error> {
         self.codec.encode(&self.body.readings().values).map_err(|error| self.blew_up(error))?;
         self.reward.begin(self.codec.bins()).map_err(|error| self.blew_up(error))?;
-        self.look();
+        self.whereabouts = self.body.whereabouts();
         Ok(())
-    }
-
-    fn look(&mut self) {
-        self.centre_of_gravity_m = self.body.centre_of_gravity_m();
-        self.heading = self.body.heading();
     }
 
     /// T control steps, a step of the optimiser, and the row that tells of them.
@@ -168,7 +161,7 @@ impl Session {
     /// # Errors
     /// [`Error::BlewUp`]: the cell can't go on.
     pub fn update(&mut self) -> Result<Row, Error> {
-        self.tally = Tally::begin(self.centre_of_gravity_m);
+        self.tally = Tally::begin(self.whereabouts.centre_of_gravity_m);
         for _ in 0..self.steps_per_update {
             self.control_step()?;
         }
@@ -210,17 +203,10 @@ impl Session {
     /// Rows 6 and 7: the new readings and what they are worth.
     fn judge(&mut self) -> anyhow::Result<Terms> {
         self.codec.encode(&self.body.readings().values)?;
-        let (position, heading) = (self.body.centre_of_gravity_m(), self.body.heading());
-        let moved = position - self.centre_of_gravity_m;
-        let step = Step {
-            bins: self.codec.bins(),
-            advance_m: moved.xy().dot(&heading.xy()),
-            heading_change_rad: turned(&self.heading, &heading),
-            penalised_contacts: self.body.n_penalised_contacts(),
-        };
+        let step = self.body.step_since(&self.whereabouts, self.codec.bins());
         let terms = self.reward.evaluate(&step, self.updates)?;
         self.tally.add(&terms, &step, self.body.readings().n_clipped());
-        (self.centre_of_gravity_m, self.heading) = (position, heading);
+        self.whereabouts = self.body.whereabouts();
         Ok(terms)
     }
 
@@ -258,7 +244,7 @@ impl Session {
             update: self.updates,
             control_steps: self.steps,
             parameter_norm: norm(&self.parameters),
-            ..self.tally.row(self.centre_of_gravity_m, self.steps_per_update)
+            ..self.tally.row(self.whereabouts.centre_of_gravity_m, self.steps_per_update)
         }
     }
 
@@ -358,3 +344,6 @@ fn recorded_layout(
         bodies,
     }
 }
+
+#[cfg(test)]
+mod tests;

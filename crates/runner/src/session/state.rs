@@ -92,7 +92,7 @@ impl Session {
 
         self.updates = checkpoint.header.updates;
         self.steps = checkpoint.header.control_steps;
-        self.look();
+        self.whereabouts = self.body.whereabouts();
         Ok(())
     }
 }

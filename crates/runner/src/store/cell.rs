@@ -7,7 +7,7 @@
 
 use std::{
     collections::BTreeMap,
-    fs, io,
+    fs,
     path::{Path, PathBuf},
 };
 
@@ -169,17 +169,6 @@ impl OpenCell {
         self.metrics.sync()?;
         atomic::write(&self.folder.failed(), format!("{reason}\n").as_bytes())
     }
-
-    /// Takes the mark away, to try again.
-    ///
-    /// # Errors
-    /// If it can't be taken away.
-    pub fn unfail(&mut self) -> Result<(), Error> {
-        match fs::remove_file(self.folder.failed()) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
-            removed => removed.at(&self.folder.failed(), "removing"),
-        }
-    }
 }
 
 /// The folder, with its name and that of the folder around it forced to the disk.
@@ -332,15 +321,12 @@ mod tests {
     }
 
     #[test]
-    fn a_failure_is_marked_and_can_be_taken_back() {
+    fn a_failure_is_marked() {
         let (_folder, [folder, _]) = cells();
         let (mut cell, _) = OpenCell::open(folder.clone(), 7).unwrap();
         assert_eq!(folder.failure().unwrap(), None);
         cell.fail("body 'tibia_3' is at NaN, control step 7").unwrap();
         let reason = folder.failure().unwrap();
         assert_eq!(reason.as_deref(), Some("body 'tibia_3' is at NaN, control step 7"));
-        cell.unfail().unwrap();
-        cell.unfail().unwrap();
-        assert_eq!(folder.failure().unwrap(), None);
     }
 }

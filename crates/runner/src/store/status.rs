@@ -49,13 +49,14 @@ impl CellStatus {
     }
 }
 
-/// Where the cells stand, in the order of their indices. `target_updates` is the experiment's
-/// `learning.updates`. A cell that can't be read doesn't hide the others.
+/// Where the cells stand, in the order of their indices. `target_of` has the `learning.updates` of a
+/// cell, by index. A cell that can't be read doesn't hide the others.
 #[must_use]
-pub fn status(run: &Run, target_updates: u64) -> Vec<CellStatus> {
+pub fn status(run: &Run, target_of: impl Fn(usize) -> u64) -> Vec<CellStatus> {
     let cells = run.manifest().cells.iter();
     cells
         .map(|cell| {
+            let target_updates = target_of(cell.index);
             let (state, saved_updates, latest) = look(&run.cell(cell), target_updates)
                 .unwrap_or_else(|error| (State::Unreadable(error.to_string()), 0, None));
             CellStatus {
@@ -137,7 +138,7 @@ mod tests {
         fs::write(open(&run, 6, 2, 3).folder().checkpoint(), "?").unwrap();
         let beginning = open(&run, 7, 0, 0);
 
-        let found: Vec<_> = status(&run, TARGET)
+        let found: Vec<_> = status(&run, |_| TARGET)
             .into_iter()
             .map(|it| (it.updates(), it.saved_updates, it.latest.map(|row| row.update), it.state))
             .collect();
@@ -159,7 +160,9 @@ mod tests {
             ]
         );
         drop((running, beginning));
-        assert_eq!(status(&run, TARGET)[2].state, State::Stopped);
-        assert_eq!(status(&run, 2)[2].state, State::Done);
+        assert_eq!(status(&run, |_| TARGET)[2].state, State::Stopped);
+        let second_ends_sooner = status(&run, |index| if index == 2 { 2 } else { TARGET });
+        assert_eq!(second_ends_sooner[2].state, State::Done);
+        assert_eq!(second_ends_sooner[3].state, State::Stopped);
     }
 }

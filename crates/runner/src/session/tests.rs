@@ -1,0 +1,177 @@
+//! The loop against the paper's equations, worked out again from what was recorded.
+
+use std::{collections::BTreeMap, path::Path};
+
+use config::Document;
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+use super::*;
+use crate::experiment::Experiment;
+
+/// T
+const T: usize = 60;
+
+fn crawler() -> (Experiment, Morphology) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/models/crawler.toml");
+    let text = format!(
+        "model = 'crawler.toml'
+        control.frequency_hz = 5
+        physics = {{ frequency_hz = 50, iterations = 20 }}
+        policy = {{ hidden_units = 3, samples = 6, initial_scale = 0.5 }}
+        reward = {{ mix.xi = 0.75, scale = 10 }}
+        perturbation = {{ every = 50, length = 7, flip_probability = 1 }}
+        learning = {{ steps_per_update = {T}, rate = 2, decay = 0.01, momentum = 0.5 }}
+        record = {{ steps = 1000, pose_every = 5 }}"
+    );
+    let experiment = Document::parse("crawler", &text).unwrap().read(Experiment::read).unwrap();
+    // Its arm never touches the ground, and its forearm does now and then.
+    let model = std::fs::read_to_string(path).unwrap();
+    let model = model.replace("penalised = [\"upper arm\"]", "penalised = [\"forearm\"]");
+    (experiment, Morphology::parse("crawler.toml", &model).unwrap())
+}
+
+fn session() -> (Session, Morphology) {
+    let (experiment, morphology) = crawler();
+    (Session::start(&experiment, &morphology, 4).unwrap(), morphology)
+}
+
+/// z, Delta and the momentum step, as they stand in the paper. Sums in another order differ by
+/// roundings of numbers below 10.
+#[test]
+fn scores_and_rewards_move_the_parameters_as_the_paper_says() {
+    let (mut session, _) = session();
+    let n = session.parameters.len();
+    let mut step = vec![0.0; n];
+    for _ in 0..3 {
+        let before = session.parameters.clone();
+        let (mut z, mut delta) = (vec![0.0; n], vec![0.0; n]);
+        for k in 1..=T {
+            session.control_step().unwrap();
+            let terms = session.recording().terms;
+            let r = terms[terms.len() - Terms::NAMES.len()];
+            for i in 0..n {
+                z[i] = 0.75 * z[i] + session.buffers.score[i];
+                delta[i] += (r * z[i] - delta[i]) / k as f64;
+            }
+        }
+        session.learn().unwrap();
+        for i in 0..n {
+            step[i] = 2.0 * (delta[i] - 0.01 * before[i]) + 0.5 * step[i];
+            let error = session.parameters[i] - (before[i] + step[i]);
+            assert!(error.abs() < 1e-12, "parameter {i}: {error}");
+        }
+        assert!(step.iter().any(|d| d.abs() > 1e-6), "nothing is learned");
+    }
+}
+
+/// Flipped bits are executed, and the score is that of the policy's own output.
+#[test]
+fn the_wind_changes_what_is_done_and_not_what_is_learned() {
+    let (mut session, _) = session();
+    let mut n_flipped = 0;
+    for step in 0..2 * T as u64 {
+        let (inputs, mut policy) = (session.codec.inputs().to_vec(), session.policy.clone());
+        let mut chains = session.chains.clone();
+        session.control_step().unwrap();
+        let Buffers { output, action, targets, score, .. } = &session.buffers;
+
+        let blows = step >= 50 && step % 50 < 7;
+        n_flipped += usize::from(blows);
+        for (done, own) in action.iter().zip(output) {
+            assert_eq!(done != own, blows, "step {step}");
+        }
+        let executed: Vec<_> = action.iter().map(|&bit| if bit { 0.5 } else { -0.5 }).collect();
+        assert_eq!(*targets, executed);
+
+        let mut own_score = vec![0.0; score.len()];
+        policy.score(&inputs, output, &mut chains, &mut own_score).unwrap();
+        assert_eq!(*score, own_score, "step {step}");
+    }
+    assert_eq!(n_flipped, 14);
+}
+
+/// Sum over s' of p(s'|s) ln(p(s'|s) / p(s')) with the pairs' own frequencies.
+fn surprise(bins: &[u64]) -> f64 {
+    let pairs: Vec<_> = bins.windows(2).map(|pair| (pair[0], pair[1])).collect();
+    let (s, _) = pairs[pairs.len() - 1];
+    let n_s = pairs.iter().filter(|pair| pair.0 == s).count() as f64;
+    let mut successors = BTreeMap::new();
+    for &(_, next) in pairs.iter().filter(|pair| pair.0 == s) {
+        *successors.entry(next).or_insert(0.0) += 1.0;
+    }
+    let p = |next: &u64| {
+        pairs.iter().filter(|pair| pair.1 == *next).count() as f64 / pairs.len() as f64
+    };
+    successors.iter().map(|(next, n)| n / n_s * (n / n_s / p(next)).ln()).sum()
+}
+
+/// Every term of the reward, from recorded poses, readings and contacts.
+#[test]
+fn rewards_are_what_the_record_makes_them() {
+    let (mut session, morphology) = session();
+    let first_bins = session.codec.bins().to_vec();
+    let rows: Vec<_> = (0..4).map(|_| session.update().unwrap()).collect();
+    let record = session.recording();
+    let n_bodies = morphology.bodies().len();
+    let n_steps = record.n_steps;
+    assert_eq!((n_steps, record.layout.frames_per_step), (4 * T, 2));
+
+    // Of the last frame, at a control step's end.
+    let pose =
+        |step: usize, body: usize| &record.poses[((2 * step + 1) * n_bodies + body) * 7..][..7];
+    let centre_of_gravity = |step: usize| {
+        let weighted = morphology.bodies().iter().enumerate().map(|(i, body)| {
+            let p = pose(step, i);
+            Vector3::new(p[0], p[1], p[2]).cast::<f64>() * body.mass_kg
+        });
+        weighted.sum::<Vector3<f64>>() / morphology.total_mass_kg()
+    };
+    let heading = |step: usize| {
+        let q = pose(step, morphology.heading().body);
+        let q = Quaternion::new(q[6], q[3], q[4], q[5]).cast::<f64>();
+        UnitQuaternion::from_quaternion(q) * *morphology.heading().axis
+    };
+    let bins = |sensor: usize| -> Vec<u64> {
+        let readings = record.sensors.chunks(morphology.n_readings());
+        let later = readings.map(|reading| u64::from(reading[sensor] >= 0.0));
+        [first_bins[sensor]].into_iter().chain(later).collect()
+    };
+    let positions = [bins(0), bins(1)];
+
+    for step in 0..n_steps {
+        let [r, raw, extrinsic, nats, _, intrinsic, penalty, xi] =
+            record.terms[step * 8..][..8].try_into().unwrap();
+        if step > 0 {
+            let moved = centre_of_gravity(step) - centre_of_gravity(step - 1);
+            // Poses are recorded in single precision, about 1e-7 of lengths below 2 m.
+            let advance = moved.xy().dot(&heading(step).xy());
+            assert!((raw - advance).abs() < 1e-6, "step {step}: {raw} {advance}");
+        }
+        assert_eq!(extrinsic, 5.0 * raw);
+
+        // The window holds the last 100 pairs, of 101 readings, or those there are. Roundings.
+        let window = (step + 1).saturating_sub(100)..step + 2;
+        let information: f64 =
+            positions.iter().map(|bins| surprise(&bins[window.clone()])).sum::<f64>() / 2.0;
+        assert!((nats - information).abs() < 1e-12, "step {step}: {nats} {information}");
+        let most = 2.0_f64.ln();
+        assert!((intrinsic - 0.1 * nats / most).abs() < 1e-12, "step {step}");
+
+        let touches = |body: usize| usize::from(record.contacts[step * n_bodies + body]);
+        let n: usize = morphology.penalised().iter().map(|&body| touches(body)).sum();
+        assert!((penalty - 10.0 * 0.0001 * n as f64).abs() < 1e-15, "step {step}");
+        let mixed = (extrinsic.abs().powf(0.75) * intrinsic.powf(0.25)).powi(2);
+        let expected = 10.0 * mixed.copysign(extrinsic) - penalty;
+        assert!((r - expected).abs() < 1e-12, "step {step}: {r} {expected}");
+        assert_eq!(xi, 0.75);
+    }
+    let penalised = record.terms.chunks(8).filter(|terms| terms[6] > 0.0).count();
+    assert!((1..n_steps).contains(&penalised), "{penalised} steps with a penalty");
+
+    for (row, terms) in rows.iter().zip(record.terms.chunks(8 * T)) {
+        let mean = |term: usize| terms.chunks(8).map(|it| it[term]).sum::<f64>() / T as f64;
+        assert_eq!((row.reward, row.locomotion_m), (mean(0), mean(1)));
+        assert_eq!((row.information_nats, row.information), (mean(3), mean(5)));
+        assert_eq!(row.control_steps, row.update * T as u64);
+    }
+}
