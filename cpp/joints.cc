@@ -205,6 +205,13 @@ bool is_open(JointKind kind, int axis) {
   }
 }
 
+// f, l or r: free, locked or a range; in capitals with a motor; + with a spring.
+std::string letter_of(const CheckedAxis& axis) {
+  const char letter = axis.free ? 'f' : axis.lower == axis.upper ? 'l' : 'r';
+  return std::string(1, axis.has_motor ? char(letter - 'a' + 'A') : letter) +
+         (axis.has_spring ? "+" : "");
+}
+
 void set_motor(const JointEntry& entry, int axis, btScalar velocity, btScalar force,
                btScalar time_step) {
   switch (entry.kind) {
@@ -348,9 +355,14 @@ JointId World::add_joint(const JointSpec& spec) {
   entry->frame_in_child = in_child;
   entry->parent = &parent;
   entry->child = &child;
-  for (int i = 0; i < 6; ++i) entry->has_motor[i] = axes[i].has_motor;
+  for (int i = 0; i < 6; ++i) {
+    entry->has_motor[i] = axes[i].has_motor;
+    if (is_open(spec.kind, i)) entry->axes += letter_of(axes[i]);
+  }
   entry->joint->setJointFeedback(&entry->feedback);
+  entry->joint->setUserConstraintId(static_cast<int>(state.joints.size()));
 
+  state.structure = 0;
   state.joints.push_back(std::move(entry));
   state.world.addConstraint(state.joints.back()->joint.get(), !spec.collide_connected);
   if (!spec.collide_connected) forget_contacts(state, a, b);
@@ -368,6 +380,7 @@ void World::remove_joint(JointId id) {
   --entry.parent->joints;
   --entry.child->joints;
   state.joints[id.slot].reset();
+  state.structure = 0;
 }
 
 void World::set_motors(rust::Slice<const MotorCommand> commands) {

@@ -1,7 +1,6 @@
 // What a World owns, from top to bottom, and the order in which it goes: bottom up.
 #pragma once
 
-#include <BulletCollision/BroadphaseCollision/btSimpleBroadphase.h>
 #include <btBulletDynamicsCommon.h>
 
 #include <cstdint>
@@ -11,7 +10,9 @@
 #include <vector>
 
 #include "bullet/src/bridge.rs.h"
+#include "broadphase.h"
 #include "checks.h"
+#include "cut.h"
 
 namespace itarl {
 
@@ -54,6 +55,7 @@ struct JointEntry {
   BodyEntry* parent = nullptr;
   BodyEntry* child = nullptr;
   std::array<bool, 6> has_motor{};
+  std::string axes;  // a letter for each: what rows the solver has for it
   btJointFeedback feedback{};
 };
 
@@ -65,16 +67,13 @@ struct State {
 
   btDefaultCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher;
-  // Not btDbvtBroadphase, Bullet's usual one: with its grown boxes and its tree of them, which
-  // pairs it holds depends on the past, and a snapshot would have to bring all that back. This
-  // one's only memory is the order of the pairs; for one robot it's as quick.
-  btSimpleBroadphase broadphase;
-  btSequentialImpulseConstraintSolver solver;
+  Broadphase broadphase;
+  CutSolver solver;
   // Slots are never used again; an empty pointer is a removed entry.
   std::vector<std::unique_ptr<ShapeEntry>> shapes;
   std::vector<std::unique_ptr<BodyEntry>> bodies;
   std::vector<std::unique_ptr<JointEntry>> joints;
-  btDiscreteDynamicsWorld world;
+  CutWorld world;
 
   btScalar time_step;
   bool sleeping;
@@ -85,11 +84,16 @@ struct State {
   // Set when the state stopped being finite, or half of one was restored: Bullet must not go on.
   std::optional<Refusal> broken;
   std::vector<std::uint8_t> snapshot;  // the buffer behind encode_state
+  // Of lockstep/structure.h; 0 until someone asks, and when bodies or joints come and go.
+  mutable std::uint64_t structure = 0;
 
   ShapeEntry& shape(const Call& call, std::string_view argument, ShapeId id) const;
   BodyEntry& body(const Call& call, std::string_view argument, BodyId id) const;
   JointEntry& joint(const Call& call, std::string_view argument, JointId id) const;
 };
+
+// Counts a step that was made, and throws if the state stopped being finite in it.
+void check_step(State& state);
 
 // The slot of a body, which Bullet carries as its user index.
 inline std::uint32_t slot_of(const btCollisionObject& object) {

@@ -122,6 +122,17 @@ JointEntry& State::joint(const Call& call, std::string_view argument, JointId id
   return find(joints, call, argument, id);
 }
 
+void check_step(State& state) {
+  ++state.steps;
+  try {
+    check_bodies(state);
+    check_impulses(state);
+  } catch (const Refusal& refusal) {
+    state.broken = refusal;
+    throw;
+  }
+}
+
 World::World(const WorldSpec& spec) : state_(std::make_unique<State>(spec)) {}
 World::~World() = default;
 
@@ -130,16 +141,9 @@ std::unique_ptr<World> new_world(const WorldSpec& spec) { return std::make_uniqu
 void World::step() {
   State& state = *state_;
   if (state.broken) throw *state.broken;
-  try {
-    // With 0 substeps stepSimulation makes one step of exactly this length.
-    state.world.stepSimulation(state.time_step, 0);
-    ++state.steps;
-    check_bodies(state);
-    check_impulses(state);
-  } catch (const Refusal& refusal) {
-    state.broken = refusal;
-    throw;
-  }
+  // With 0 substeps stepSimulation makes one step of exactly this length.
+  state.world.stepSimulation(state.time_step, 0);
+  check_step(state);
 }
 
 std::uint64_t World::steps() const noexcept { return state_->steps; }

@@ -69,6 +69,9 @@ class World {
   void step();
   std::uint64_t steps() const noexcept;
 
+  // For lockstep/group.cc.
+  State& state() noexcept { return *state_; }
+
   // snapshot.cc
   rust::Slice<const std::uint8_t> encode_state();
   void decode_state(rust::Slice<const std::uint8_t> bytes);

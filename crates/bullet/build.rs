@@ -3,9 +3,28 @@
 
 use std::{env, error::Error, path::Path, path::PathBuf};
 
-const SOURCES: [&str; 6] =
-    ["world.cc", "shapes.cc", "bodies.cc", "joints.cc", "contacts.cc", "snapshot.cc"];
-const HEADERS: [&str; 4] = ["world.h", "state.h", "checks.h", "refusal.h"];
+const SOURCES: [&str; 13] = [
+    "world.cc",
+    "shapes.cc",
+    "bodies.cc",
+    "joints.cc",
+    "contacts.cc",
+    "snapshot.cc",
+    "cut.cc",
+    "joint_rows.cc",
+    "lockstep/structure.cc",
+    "lockstep/schedule.cc",
+    "lockstep/layout.cc",
+    "lockstep/packing.cc",
+    "lockstep/group.cc",
+];
+/// Without Bullet's headers, each with its compiler flags; the first holds the choice.
+const SWEEPS: [(&str, &[&str]); 3] = [
+    ("lockstep/sweep_plain.cc", &[]),
+    ("lockstep/sweep_avx2.cc", &["-mavx2"]),
+    // GCC 12 warns of its own header's way to leave lanes undefined.
+    ("lockstep/sweep_avx512.cc", &["-mavx512f", "-Wno-maybe-uninitialized"]),
+];
 /// Where the shim's comments on Bullet's inner workings, and its snapshots, were checked.
 const BULLET_VERSION: &str = "3.24";
 
@@ -26,30 +45,34 @@ fn build() -> Result<(), Box<dyn Error>> {
     // packagings; state.h and the linker hold headers and library to it.
     let define = float64.then_some("BT_USE_DOUBLE_PRECISION");
 
+    let compile = |build: &mut cc::Build, library: &str| {
+        build.std("c++17").opt_level(2).flag("-Wall").flag("-Wextra");
+        // No fused multiply-add, whatever -march someone sets: the bits are the same everywhere.
+        build.flag("-ffp-contract=off");
+        if let Some(define) = define {
+            build.define(define, None).define("ITARL_FLOAT64", None);
+        }
+        build.try_compile(library).map_err(|error| {
+            format!(
+                "the C++ shim did not compile: {error}\n  A C++17 compiler is needed \
+                 (Debian: apt-get install g++)."
+            )
+        })
+    };
     let mut shim = cxx_build::bridge("src/bridge.rs");
-    shim.std("c++17")
-        .opt_level(2)
-        .include(&cpp)
+    shim.include(&cpp)
         .files(SOURCES.map(|file| cpp.join(file)))
         // Bullet's headers aren't ours to warn about.
-        .flags(include_paths.iter().map(|path| format!("-isystem{}", path.display())))
-        .flag("-Wall")
-        .flag("-Wextra")
-        // No fused multiply-add, whatever -march someone sets: the shim's bits are the same.
-        .flag("-ffp-contract=off");
-    if let Some(define) = define {
-        shim.define(define, None).define("ITARL_FLOAT64", None);
+        .flags(include_paths.iter().map(|path| format!("-isystem{}", path.display())));
+    compile(&mut shim, "itarl_bullet_shim")?;
+    // After the shim, which needs them: the linker looks through libraries in this order.
+    let x86_64 = env::var("CARGO_CFG_TARGET_ARCH")? == "x86_64";
+    for (file, flags) in SWEEPS.iter().take(if x86_64 { 3 } else { 1 }) {
+        let mut sweep = cc::Build::new();
+        sweep.cpp(true).include(&cpp).file(cpp.join(file)).flags(*flags);
+        compile(&mut sweep, &file.replace("lockstep/", "itarl_").replace(".cc", ""))?;
     }
-    shim.try_compile("itarl_bullet_shim").map_err(|error| {
-        format!(
-            "the C++ shim did not compile: {error}\n  A C++17 compiler is needed \
-             (Debian: apt-get install g++)."
-        )
-    })?;
-
-    for file in SOURCES.iter().chain(&HEADERS) {
-        println!("cargo::rerun-if-changed={}", cpp.join(file).display());
-    }
+    println!("cargo::rerun-if-changed={}", cpp.display());
     // bindgen panics where it finds no libclang.
     std::panic::catch_unwind(|| read_headers(&include_paths, define)).unwrap_or_else(|_| {
         Err("libclang was not found (Debian: apt-get install libclang-dev).".into())

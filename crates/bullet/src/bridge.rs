@@ -12,6 +12,8 @@
 // cxx makes everything in its module public; what leaves the crate is chosen in lib.rs.
 #![allow(unreachable_pub)]
 
+use std::pin::Pin;
+
 #[cxx::bridge(namespace = "itarl")]
 pub mod ffi {
     /// A shape in a [`World`](crate::World).
@@ -233,8 +235,45 @@ pub mod ffi {
         max_force: f64,
     }
 
+    /// What became of the steps of worlds in a [`Lockstep`](crate::Lockstep).
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub struct LockstepCounts {
+        /// Steps that were swept in lanes.
+        pub swept: u64,
+        /// Sweeps, each of one or more worlds.
+        pub sweeps: u64,
+        /// Steps without any row, all of whose bodies fly or sleep.
+        pub idle: u64,
+        /// Groups of bodies, beside the last one of a step, that were left to Bullet's own loop:
+        /// Bullet makes a group of each hundred or so joints and contacts that are apart.
+        pub apart: u64,
+        /// Steps left to Bullet's own loop for what lanes don't cover: rolling friction, a random
+        /// order of rows.
+        pub uncovered: u64,
+        /// Steps left to it since what changed was so small that Bullet might have stopped early.
+        pub doubtful: u64,
+        /// Steps left to it since a number wasn't finite.
+        pub unfinished: u64,
+    }
+
+    /// Where the time of a [`Lockstep`](crate::Lockstep) went, in s.
+    #[derive(Clone, Copy, Debug, Default, PartialEq)]
+    pub struct LockstepTimes {
+        /// Bullet's part before its iterations: collisions, islands, making the rows.
+        pub begin: f64,
+        /// From Bullet's pools into lanes.
+        pub pack: f64,
+        /// The iterations.
+        pub sweep: f64,
+        /// Back into the pools, with the iterations that were left to Bullet's own loop.
+        pub unpack: f64,
+        /// Bullet's part after its iterations, and the check that all is finite.
+        pub end: f64,
+    }
+
     unsafe extern "C++" {
         include!("world.h");
+        include!("lockstep/group.h");
 
         /// All of a Bullet world, behind `std::unique_ptr`.
         type World;
@@ -270,22 +309,49 @@ pub mod ffi {
         fn set_motors(self: Pin<&mut World>, commands: &[MotorCommand]) -> Result<()>;
 
         fn step(self: Pin<&mut World>) -> Result<()>;
-        fn steps(&self) -> u64;
+        fn steps(self: &World) -> u64;
 
-        fn body_slots(&self) -> usize;
-        fn joint_slots(&self) -> usize;
-        fn contact_count(&self) -> usize;
+        fn body_slots(self: &World) -> usize;
+        fn joint_slots(self: &World) -> usize;
+        fn contact_count(self: &World) -> usize;
         /// `out` must have as many entries as there are slots or contacts.
-        fn read_bodies(&self, out: &mut [BodyState]) -> Result<()>;
-        fn read_joints(&self, out: &mut [JointState]) -> Result<()>;
-        fn read_joints_of(&self, ids: &[JointId], out: &mut [JointState]) -> Result<()>;
-        fn read_contacts(&self, out: &mut [Contact]) -> Result<()>;
-        fn mass_properties(&self, id: BodyId) -> Result<[f64; 4]>;
+        fn read_bodies(self: &World, out: &mut [BodyState]) -> Result<()>;
+        fn read_joints(self: &World, out: &mut [JointState]) -> Result<()>;
+        fn read_joints_of(self: &World, ids: &[JointId], out: &mut [JointState]) -> Result<()>;
+        fn read_contacts(self: &World, out: &mut [Contact]) -> Result<()>;
+        fn mass_properties(self: &World, id: BodyId) -> Result<[f64; 4]>;
 
         /// The world's dynamic state; the slice is the world's own buffer.
         fn encode_state(self: Pin<&mut World>) -> Result<&[u8]>;
         fn decode_state(self: Pin<&mut World>, bytes: &[u8]) -> Result<()>;
+
+        /// Steps worlds together.
+        type Lockstep;
+
+        fn has_instructions(instructions: u8) -> bool;
+        fn lanes_of(instructions: u8) -> usize;
+        fn new_lockstep(instructions: u8) -> Result<UniquePtr<Lockstep>>;
+        /// # Safety
+        /// The world must live, and nothing else use it, until `step` or until this is dropped.
+        unsafe fn enlist(self: Pin<&mut Lockstep>, world: Pin<&mut World>);
+        fn step(self: Pin<&mut Lockstep>) -> Result<()>;
+        fn result(self: &Lockstep, index: usize) -> Result<()>;
+        fn counts(self: &Lockstep) -> LockstepCounts;
+        fn times(self: &Lockstep) -> LockstepTimes;
     }
+}
+
+/// One step of all worlds.
+pub(crate) fn step_together<'a>(
+    mut lockstep: Pin<&mut ffi::Lockstep>,
+    worlds: impl Iterator<Item = Pin<&'a mut ffi::World>>,
+) -> Result<(), cxx::Exception> {
+    for world in worlds {
+        // SAFETY: the iterator's borrows are exclusive and outlive this function, and `step`
+        // forgets the worlds whether it succeeds or not.
+        unsafe { lockstep.as_mut().enlist(world) };
+    }
+    lockstep.step()
 }
 
 // SAFETY: a `World` owns everything it points to (`cpp/state.h`), and Bullet built without
@@ -297,3 +363,6 @@ pub mod ffi {
 // worlds in many threads and moves them. Not `Sync`: Bullet's const methods aren't promised to be
 // free of caches.
 unsafe impl Send for ffi::World {}
+
+// SAFETY: between steps a `Lockstep` points to nothing but its own memory.
+unsafe impl Send for ffi::Lockstep {}

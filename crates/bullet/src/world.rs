@@ -1,5 +1,7 @@
 //! The world: everything goes through here.
 
+use std::pin::Pin;
+
 use cxx::UniquePtr;
 use nalgebra::{Isometry3, Point3, Vector3};
 use serde::Serialize;
@@ -195,6 +197,11 @@ impl World {
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), Error> {
         let state = snapshot::open(self.build.digest(), bytes)?;
         Ok(self.inner.pin_mut().decode_state(state)?)
+    }
+
+    /// For [`Lockstep`](crate::Lockstep).
+    pub(crate) fn inner_mut(&mut self) -> Pin<&mut ffi::World> {
+        self.inner.pin_mut()
     }
 
     fn record<T: Serialize>(&mut self, call: &str, arguments: &T) {

@@ -1,0 +1,101 @@
+// The calls between the cuts are those of btDiscreteDynamicsWorld.cpp and
+// btSequentialImpulseConstraintSolver.cpp of Bullet 3.24.
+#include "cut.h"
+
+namespace itarl {
+
+void CutSolver::set_pausing(bool pauses) {
+  pauses_ = pauses;
+  if (pauses) {
+    waits_ = false;
+    solved_before_ = 0;
+  }
+}
+
+btScalar CutSolver::solveGroup(btCollisionObject** bodies, int body_count,
+                               btPersistentManifold** manifolds, int manifold_count,
+                               btTypedConstraint** constraints, int constraint_count,
+                               const btContactSolverInfo& info, btIDebugDraw* drawer,
+                               btDispatcher* dispatcher) {
+  if (!pauses_) {
+    return btSequentialImpulseConstraintSolver::solveGroup(bodies, body_count, manifolds,
+                                                           manifold_count, constraints,
+                                                           constraint_count, info, drawer,
+                                                           dispatcher);
+  }
+  if (body_count + manifold_count + constraint_count == 0) return 0;
+  if (waits_) {
+    iterate();
+    finish();
+    ++solved_before_;
+  }
+  group_.assign(bodies, bodies + body_count);
+  manifolds_.assign(manifolds, manifolds + manifold_count);
+  constraints_.assign(constraints, constraints + constraint_count);
+  info_ = &info;
+  solveGroupCacheFriendlySetup(bodies, body_count, manifolds, manifold_count, constraints,
+                               constraint_count, info, drawer);
+  split_impulses();
+  waits_ = true;
+  return 0;
+}
+
+void CutSolver::split_impulses() {
+  solveGroupCacheFriendlySplitImpulseIterations(
+      group_.data(), int(group_.size()), manifolds_.data(), int(manifolds_.size()),
+      constraints_.data(), int(constraints_.size()), *info_, nullptr);
+}
+
+void CutSolver::iterate() {
+  const int most = btMax(m_maxOverrideNumSolverIterations, info_->m_numIterations);
+  for (int iteration = 0; iteration < most; ++iteration) {
+    m_leastSquaresResidual = solveSingleIteration(
+        iteration, group_.data(), int(group_.size()), manifolds_.data(), int(manifolds_.size()),
+        constraints_.data(), int(constraints_.size()), *info_, nullptr);
+    if (m_leastSquaresResidual <= info_->m_leastSquaresResidualThreshold) break;
+  }
+}
+
+void CutSolver::finish() {
+  solveGroupCacheFriendlyFinish(group_.data(), int(group_.size()), *info_);
+  waits_ = false;
+}
+
+void CutWorld::begin_step(btScalar time_step) {
+  // stepSimulation(time_step, 0)
+  m_localTime = 0;
+  m_fixedTimeStep = 0;
+  saveKinematicState(time_step);
+  applyGravity();
+  // internalSingleStepSimulation
+  predictUnconstraintMotion(time_step);
+  btDispatcherInfo& dispatch = getDispatchInfo();
+  dispatch.m_timeStep = time_step;
+  dispatch.m_stepCount = 0;
+  dispatch.m_debugDraw = nullptr;
+  createPredictiveContacts(time_step);
+  performDiscreteCollisionDetection();
+  calculateSimulationIslands();
+  getSolverInfo().m_timeStep = time_step;
+  solver_.set_pausing(true);
+  solveConstraints(getSolverInfo());
+  solver_.set_pausing(false);
+}
+
+// Bullet asks each body where it will be, to find those that are fast enough for predictive contacts;
+// the crate lets no body have them.
+void CutWorld::createPredictiveContacts(btScalar) {
+  releasePredictiveContacts();
+  for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i) m_nonStaticRigidBodies[i]->setHitFraction(1);
+}
+
+void CutWorld::end_step(btScalar time_step) {
+  if (solver_.waits()) solver_.finish();
+  integrateTransforms(time_step);
+  updateActions(time_step);
+  updateActivationState(time_step);
+  // No body has a motion state to synchronise.
+  clearForces();
+}
+
+}  // namespace itarl

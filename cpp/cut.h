@@ -1,0 +1,89 @@
+// Bullet's step, cut in two around the solver's iterations.
+//
+// Until told to pause, both classes are Bullet's own. A step in two halves makes the same calls in
+// the same order as stepSimulation(time_step, 0), so that one whose middle is done by the solver's
+// own loop has the bits of an uncut one.
+#pragma once
+
+#include <btBulletDynamicsCommon.h>
+
+#include <vector>
+
+namespace itarl {
+
+class CutSolver final : public btSequentialImpulseConstraintSolver {
+ public:
+  // Stops after setting up, if pausing, and leaves the rows in the pools.
+  //
+  // Bullet may call this several times in a step, with groups of bodies that share no row; all but
+  // the last are then solved here, on the spot, as Bullet would.
+  btScalar solveGroup(btCollisionObject** bodies, int body_count, btPersistentManifold** manifolds,
+                      int manifold_count, btTypedConstraint** constraints, int constraint_count,
+                      const btContactSolverInfo& info, btIDebugDraw* drawer,
+                      btDispatcher* dispatcher) override;
+
+  void set_pausing(bool pauses);
+  // Whether rows wait in the pools.
+  bool waits() const { return waits_; }
+  // Groups that were solved on the spot since pausing was switched on.
+  int solved_before() const { return solved_before_; }
+  // The part of Bullet's iterations that resolves deep penetrations, apart from the velocities.
+  void split_impulses();
+  // Bullet's own iterations over all rows.
+  void iterate();
+  // Hands velocities and impulses from the pools to bodies, contacts and joints.
+  void finish();
+
+  // What waits, for lockstep/packing.cc.
+  btAlignedObjectArray<btSolverBody>& bodies() { return m_tmpSolverBodyPool; }
+  btConstraintArray& joint_rows() { return m_tmpSolverNonContactConstraintPool; }
+  btConstraintArray& contact_rows() { return m_tmpSolverContactConstraintPool; }
+  btConstraintArray& friction_rows() { return m_tmpSolverContactFrictionConstraintPool; }
+  const btConstraintArray& rolling_rows() const {
+    return m_tmpSolverContactRollingFrictionConstraintPool;
+  }
+  // By constraint, how many rows it has in joint_rows().
+  int rows_of(int constraint) const {
+    return m_tmpConstraintSizesPool[constraint].m_numConstraintRows;
+  }
+  const std::vector<btTypedConstraint*>& constraints() const { return constraints_; }
+  const btContactSolverInfo& info() const { return *info_; }
+
+ protected:
+  // joint_rows.cc
+  void convertJoints(btTypedConstraint** constraints, int count,
+                     const btContactSolverInfo& info) override;
+
+ private:
+  void make_rows(btTypedConstraint& constraint, int first, int count,
+                 const btContactSolverInfo& info);
+
+  bool pauses_ = false;
+  bool waits_ = false;
+  int solved_before_ = 0;
+  // The arguments of the group that waits.
+  std::vector<btCollisionObject*> group_;
+  std::vector<btPersistentManifold*> manifolds_;
+  std::vector<btTypedConstraint*> constraints_;
+  const btContactSolverInfo* info_ = nullptr;
+};
+
+class CutWorld final : public btDiscreteDynamicsWorld {
+ public:
+  CutWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase, CutSolver* solver,
+           btCollisionConfiguration* configuration)
+      : btDiscreteDynamicsWorld(dispatcher, broadphase, solver, configuration), solver_(*solver) {}
+
+  // Up to the solver's iterations.
+  void begin_step(btScalar time_step);
+  // What comes after them.
+  void end_step(btScalar time_step);
+
+ protected:
+  void createPredictiveContacts(btScalar time_step) override;
+
+ private:
+  CutSolver& solver_;
+};
+
+}  // namespace itarl

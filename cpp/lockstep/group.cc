@@ -1,0 +1,189 @@
+#include "lockstep/group.h"
+
+#include <algorithm>
+#include <string>
+
+#include "state.h"
+#include "lockstep/structure.h"
+
+namespace itarl {
+
+using lockstep::Instructions;
+using lockstep::Lane;
+using lockstep::Layout;
+
+namespace {
+
+// Orders of joints, and touching pairs of bodies, for which a layout is kept.
+constexpr std::size_t kMostLayouts = 64;
+
+Instructions instructions_of(std::uint8_t number) {
+  return number >= 2 ? Instructions::Avx512 : number == 1 ? Instructions::Avx2 : Instructions::Plain;
+}
+
+}  // namespace
+
+Lockstep::Lockstep(std::uint8_t instructions) : instructions_(instructions_of(instructions)) {
+  if (!lockstep::is_supported(instructions_)) {
+    refuse_argument("Lockstep::new", "instructions", "some that this processor has",
+                    instructions_ == Instructions::Avx512 ? "AVX-512" : "AVX2");
+  }
+}
+Lockstep::~Lockstep() = default;
+
+std::unique_ptr<Lockstep> new_lockstep(std::uint8_t instructions) {
+  return std::make_unique<Lockstep>(instructions);
+}
+bool has_instructions(std::uint8_t instructions) noexcept {
+  return lockstep::is_supported(instructions_of(instructions));
+}
+std::size_t lanes_of(std::uint8_t instructions) noexcept {
+  return std::size_t(lockstep::most_lanes(instructions_of(instructions)));
+}
+
+void Lockstep::enlist(World& world) { states_.push_back(&world.state()); }
+
+void Lockstep::step() {
+  std::vector<State*> states;
+  states.swap(states_);  // forgotten, whatever happens
+  results_.assign(states.size(), std::nullopt);
+  if (states.empty()) return;
+  for (std::size_t i = 1; i < states.size(); ++i) {
+    if (structure_of(*states[i]) == structure_of(*states[0])) continue;
+    refuse_argument("Lockstep::step", "worlds[" + std::to_string(i) + "]",
+                    "built like worlds[0], " + difference(*states[0], *states[i], 0),
+                    difference(*states[0], *states[i], 1));
+  }
+  study(*states[0]);
+  const std::size_t most = std::size_t(lockstep::most_lanes(instructions_));
+  for (std::size_t i = 0; i < states.size(); i += most) {
+    const std::size_t count = std::min(most, states.size() - i);
+    try {
+      step_some(&states[i], &results_[i], count);
+    } catch (...) {  // out of memory, say, in the middle of a step
+      for (std::size_t k = i; k < i + count; ++k) {
+        if (!states[k]->broken) states[k]->broken = Refusal('I', {"a step was left half done"});
+      }
+      throw;
+    }
+  }
+  states.swap(states_);
+  states_.clear();  // keeps its memory
+}
+
+void Lockstep::result(std::size_t index) const {
+  if (index < results_.size() && results_[index]) throw *results_[index];
+}
+
+// Which bodies move.
+void Lockstep::study(const State& state) {
+  if (structure_ == structure_of(state) && !movers_.empty()) return;
+  structure_ = structure_of(state);
+  movers_.assign(state.bodies.size(), lockstep::kNoBody);
+  std::uint32_t next = 0;
+  for (std::size_t slot = 0; slot < state.bodies.size(); ++slot) {
+    const auto& body = state.bodies[slot];
+    if (body && body->motion == Motion::Dynamic) movers_[slot] = next++;
+  }
+}
+
+void Lockstep::step_some(State** states, std::optional<Refusal>* results, std::size_t count) {
+  while (lanes_.size() < count) lanes_.push_back(std::make_unique<Lane>());
+  std::vector<Lane*> waiting;
+  const auto start = Clock::now();
+  for (std::size_t i = 0; i < count; ++i) {
+    State& state = *states[i];
+    if (state.broken) continue;
+    state.world.begin_step(state.time_step);
+    apart_ += std::uint64_t(state.solver.solved_before());
+    if (!state.solver.waits()) {
+      ++idle_;
+      continue;
+    }
+    lanes_[i]->read(state, movers_, structure_);
+    if (lanes_[i]->uncovered() != nullptr) {
+      ++uncovered_;
+      state.solver.iterate();
+    } else {
+      waiting.push_back(lanes_[i].get());
+    }
+  }
+  begin_ += Clock::now() - start;
+  while (!waiting.empty()) {
+    std::vector<Lane*> alike;
+    const Lane* const first = waiting.front();
+    const auto rest = std::stable_partition(waiting.begin(), waiting.end(), [&](const Lane* lane) {
+      return lane->signature() == first->signature();
+    });
+    alike.assign(waiting.begin(), rest);
+    waiting.erase(waiting.begin(), rest);
+    sweep_alike(alike);
+  }
+  const auto swept = Clock::now();
+  for (std::size_t i = 0; i < count; ++i) {
+    State& state = *states[i];
+    try {
+      if (state.broken) throw *state.broken;
+      state.world.end_step(state.time_step);
+      check_step(state);
+    } catch (const Refusal& refusal) {
+      results[i] = refusal;
+    }
+  }
+  end_ += Clock::now() - swept;
+}
+
+void Lockstep::sweep_alike(std::vector<Lane*>& lanes) {
+  const auto start = Clock::now();
+  const auto [width, run] = lockstep::choose_sweep(instructions_, int(lanes.size()));
+  Layout& layout = layout_for(*lanes.front(), width);
+  packing_.pack(layout, lanes, width);
+  lockstep::Sweep sweep = packing_.sweep(lanes.front()->solver().info().m_numIterations);
+  const auto packed = Clock::now();
+  run(sweep);
+  const auto swept = Clock::now();
+  const std::uint32_t unfinished = packing_.unfinished();
+  ++sweeps_;
+  for (std::uint32_t i = 0; i < lanes.size(); ++i) {
+    if (unfinished >> i & 1) {
+      ++unfinished_;
+      lanes[i]->solver().iterate();
+    } else if (sweep.doubtful >> i & 1) {
+      ++doubtful_;
+      lanes[i]->solver().iterate();
+    } else {
+      ++swept_;
+      packing_.unpack(i);
+    }
+  }
+  pack_ += packed - start;
+  sweep_ += swept - packed;
+  unpack_ += Clock::now() - swept;
+}
+
+Layout& Lockstep::layout_for(const Lane& lane, int width) {
+  for (const auto& layout : layouts_) {
+    if (layout->lanes() == width && layout->signature() == lane.signature()) return *layout;
+  }
+  if (layouts_.size() == kMostLayouts) layouts_.erase(layouts_.begin());
+  const int mode = lane.solver().info().m_solverMode;
+  std::uint32_t bodies = 0;
+  for (const std::uint32_t mover : movers_) bodies += mover != lockstep::kNoBody;
+  layouts_.push_back(std::make_unique<Layout>(
+      lane.signature(), bodies, (mode & SOLVER_USE_2_FRICTION_DIRECTIONS) != 0 ? 2 : 1,
+      (mode & SOLVER_INTERLEAVE_CONTACT_AND_FRICTION_CONSTRAINTS) != 0, width));
+  return *layouts_.back();
+}
+
+LockstepCounts Lockstep::counts() const noexcept {
+  return {swept_, sweeps_, idle_, apart_, uncovered_, doubtful_, unfinished_};
+}
+
+LockstepTimes Lockstep::times() const noexcept {
+  const auto seconds = [](Clock::duration time) {
+    return std::chrono::duration<double>(time).count();
+  };
+  return {seconds(begin_), seconds(pack_), seconds(sweep_), seconds(unpack_), seconds(end_)};
+}
+
+}  // namespace itarl

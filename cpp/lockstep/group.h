@@ -1,0 +1,60 @@
+// Worlds stepped together: each begins its step, the sweep runs for all, each ends its step.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "refusal.h"
+#include "world.h"
+#include "lockstep/layout.h"
+#include "lockstep/packing.h"
+
+namespace itarl {
+
+struct LockstepCounts;
+struct LockstepTimes;
+
+// What Rust sees: the worlds are borrowed from enlist() to the end of step().
+class Lockstep {
+ public:
+  explicit Lockstep(std::uint8_t instructions);
+  ~Lockstep();
+
+  void enlist(World& world);
+  // Steps all enlisted worlds, then forgets them. Throws if they don't match; none is then stepped.
+  void step();
+  // Throws what became of the world that was enlisted as the `index`th.
+  void result(std::size_t index) const;
+  LockstepCounts counts() const noexcept;
+  LockstepTimes times() const noexcept;
+
+ private:
+  void step_some(State** states, std::optional<Refusal>* results, std::size_t count);
+  void sweep_alike(std::vector<lockstep::Lane*>& lanes);
+  lockstep::Layout& layout_for(const lockstep::Lane& lane, int width);
+  void study(const State& state);
+
+  lockstep::Instructions instructions_;
+  std::vector<State*> states_;
+  std::vector<std::optional<Refusal>> results_;
+  // By body slot, for the worlds of the last study().
+  std::uint64_t structure_ = 0;
+  std::vector<std::uint32_t> movers_;
+  std::vector<std::unique_ptr<lockstep::Lane>> lanes_;
+  std::vector<std::unique_ptr<lockstep::Layout>> layouts_;
+  lockstep::Packing packing_;
+  std::uint64_t swept_ = 0, sweeps_ = 0, idle_ = 0, apart_ = 0, uncovered_ = 0, doubtful_ = 0,
+                unfinished_ = 0;
+  // What each part of a step took so far.
+  using Clock = std::chrono::steady_clock;
+  Clock::duration begin_{}, pack_{}, sweep_{}, unpack_{}, end_{};
+};
+
+std::unique_ptr<Lockstep> new_lockstep(std::uint8_t instructions);
+bool has_instructions(std::uint8_t instructions) noexcept;
+std::size_t lanes_of(std::uint8_t instructions) noexcept;
+
+}  // namespace itarl

@@ -1,0 +1,139 @@
+// Where the rows of worlds that are built alike lie, and in which order they're swept.
+//
+// Worlds share a layout if the solver has their joints in the same order (Bullet's sort is
+// unstable, and depends on what touches what). Within a joint, rows line up by slot; a world
+// without a row in a slot has zeros there, which change nothing. So do contacts: each moving body
+// has as many slots as its busiest world has contacts. Only worlds in which two moving bodies touch
+// need the same contacts, in the same order.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "lockstep/rows.h"
+#include "lockstep/schedule.h"
+
+namespace itarl::lockstep {
+
+// A joint's slots are bits of a word: Bullet's have at most 24 rows.
+using Slots = std::uint32_t;
+inline int slot_count(Slots slots) { return __builtin_popcount(slots); }
+// Which of the rows that are there has this slot.
+inline int row_of_slot(Slots slots, int slot) {
+  return slot_count(slots & ((Slots{1} << slot) - 1));
+}
+
+// Bodies are counted among those that move, in the order of their slots in the world.
+struct JointKey {
+  std::uint32_t joint;  // its slot in the world
+  std::uint32_t a, b;   // kNoBody for what doesn't move
+  bool operator==(const JointKey& other) const {
+    return joint == other.joint && a == other.a && b == other.b;
+  }
+};
+struct ContactKey {
+  std::uint32_t a, b;  // b is kNoBody if only one moves
+  bool operator==(const ContactKey& other) const { return a == other.a && b == other.b; }
+};
+
+// What worlds must have in common to share a layout.
+struct Signature {
+  std::uint64_t structure = 0;  // of the world; see structure.h
+  std::vector<JointKey> joints;
+  // Empty unless two moving bodies touch; else all contacts.
+  std::vector<ContactKey> contacts;
+  bool operator==(const Signature& other) const {
+    return structure == other.structure && joints == other.joints && contacts == other.contacts;
+  }
+};
+
+// A row as packing sees it.
+struct PlacedRow {
+  Kind kind;
+  std::uint32_t owner;        // index of its joint, or of its contact
+  std::uint32_t part;         // slot in its joint; 0 for a contact, else 1 + which friction row
+  std::uint32_t jacobian;     // places, as in Row
+  std::uint32_t target;
+  std::uint32_t applied;
+  bool shares;                // the Jacobian of the row before it
+};
+
+class Layout {
+ public:
+  // `frictions`: friction rows for each contact; `lanes`: how wide the vectors are.
+  Layout(Signature signature, std::uint32_t bodies, int frictions, bool interleaved, int lanes);
+
+  const Signature& signature() const { return signature_; }
+  int lanes() const { return lanes_; }
+
+  // Makes room for a joint's rows, or for a body's contacts. Places change if there was none.
+  void need_slots(std::uint32_t joint, Slots slots);
+  void need_contacts(std::uint32_t body, std::uint32_t count);
+
+  // What a joint's row was found to be. It begins as the most special form and only becomes more
+  // general, whereupon places change.
+  struct Form {
+    bool angular = true;  // else full
+    bool full = true;     // else general
+    bool free = true;     // no limits
+    bool shares = true;   // the Jacobian of the row before it
+  };
+  Form form(const PlacedRow& row) const { return forms_[row.owner][row.part]; }
+  void set_form(const PlacedRow& row, Form form);
+
+  // Brings places and order up to date after the above.
+  void settle();
+
+  // In Bullet's order: rows of joints, then of contacts.
+  const std::vector<PlacedRow>& rows() const { return placed_; }
+  std::size_t joint_row_count() const { return joint_row_count_; }
+  // The rows to sweep, without the slots that no world uses: `contacts` by body.
+  void rows_in_order(const std::vector<std::uint32_t>& contacts, std::vector<Row>& out) const;
+
+  std::uint32_t body_count() const { return bodies_; }
+  std::uint32_t body_place(std::uint32_t body) const {
+    return body_places_[body == kNoBody ? bodies_ : body];
+  }
+  // In vectors.
+  std::uint32_t size() const { return size_; }
+  // A body's contact in the layout; without a list of all contacts.
+  std::uint32_t contact_index(std::uint32_t body, std::uint32_t number) const {
+    return first_contact_[body] + number;
+  }
+  bool lists_contacts() const { return !signature_.contacts.empty(); }
+  std::size_t contact_count() const { return contacts_.size(); }
+
+ private:
+  struct Slot {
+    std::uint32_t a, b, number;  // number among the body's contacts
+  };
+  void list_rows();
+  std::vector<Touch> touches() const;
+  void place_rows();
+  void order_rows(const std::vector<Touch>& touches);
+
+  Signature signature_;
+  std::uint32_t bodies_;
+  int frictions_;  // rows a contact
+  bool interleaved_;
+  int lanes_;
+  bool settled_ = false;
+  std::vector<std::uint32_t> body_places_;      // the last one is of what never moves
+  std::vector<Slots> slots_;                    // by joint
+  std::vector<std::vector<Form>> forms_;        // by joint and slot
+  std::vector<std::uint32_t> contacts_of_;      // by body
+  std::vector<std::uint32_t> first_contact_;    // by body
+  std::vector<Slot> contacts_;
+  std::vector<PlacedRow> placed_;
+  std::size_t joint_row_count_ = 0;
+  std::vector<Row> ordered_;
+  // Rows of placed_ that are swept in one go.
+  struct Run {
+    std::uint32_t first, count;
+  };
+  std::vector<Run> runs_;
+  std::vector<std::uint32_t> order_;  // of runs_
+  std::uint32_t size_ = 0;
+};
+
+}  // namespace itarl::lockstep

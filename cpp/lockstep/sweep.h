@@ -1,0 +1,47 @@
+// The sweep: Bullet's Gauss-Seidel iterations over all rows, a world in each lane.
+#pragma once
+
+#include <cstdint>
+
+#include "lockstep/rows.h"
+
+namespace itarl::lockstep {
+
+#ifdef ITARL_FLOAT64
+using Scalar = double;
+#else
+using Scalar = float;
+#endif
+
+struct Sweep {
+  const Row* begin;
+  const Row* end;
+  Scalar* values;  // the blocks of bodies and rows
+  int iterations;
+  // For each lane, how large the largest |delta| of an iteration has to be for the iteration's
+  // squared residual, by which Bullet stops early, to be above 0 for sure.
+  const Scalar* residual_floor;
+  // Set: bit i if lane i had an iteration whose deltas were neither all 0, after which nothing
+  // changes any more, nor surely above the floor. Bullet may have stopped there.
+  std::uint32_t doubtful;
+};
+
+using SweepFunction = void (*)(Sweep&);
+
+enum class Instructions : std::uint8_t { Plain, Avx2, Avx512 };
+
+// The widest that these instructions have.
+int most_lanes(Instructions instructions);
+
+// What this processor has.
+bool is_supported(Instructions instructions);
+
+struct SweepChoice {
+  int lanes;
+  SweepFunction run;
+};
+
+// The narrowest one with room for `worlds`, or the widest there is.
+SweepChoice choose_sweep(Instructions instructions, int worlds);
+
+}  // namespace itarl::lockstep

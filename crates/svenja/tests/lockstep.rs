@@ -1,0 +1,179 @@
+//! Worlds stepped in lanes have the bits of worlds stepped alone by Bullet's own solver: every
+//! model, every set of vector instructions that this machine has, any number of worlds.
+//!
+//! `LOCKSTEP_STEPS` makes it longer than the 300 steps of every test run (`make verify-lockstep`).
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use std::{env, path::Path};
+
+use bullet::{
+    BodyState, Contact, Instructions, JointState, Lockstep, Push, World, WorldSettings,
+};
+use nalgebra::Vector3;
+use rand_pcg::{
+    Pcg64Mcg,
+    rand_core::{Rng, SeedableRng},
+};
+use svenja::{Morphology, Robot, add_ground};
+
+/// More than one sweep has lanes for.
+const WORLDS: usize = 20;
+
+fn steps() -> usize {
+    env::var("LOCKSTEP_STEPS").map_or(300, |steps| steps.parse().expect("LOCKSTEP_STEPS"))
+}
+
+/// A robot that is dropped, driven at random, pushed and thrown.
+struct Rehearsal {
+    world: World,
+    robot: Robot,
+    random: Pcg64Mcg,
+    steps: usize,
+}
+
+impl Rehearsal {
+    fn new(morphology: &Morphology, number: usize) -> Self {
+        let mut world = World::new(&WorldSettings::default()).unwrap();
+        add_ground(&mut world).unwrap();
+        let robot = Robot::spawn(morphology, &mut world).unwrap();
+        let random = Pcg64Mcg::seed_from_u64(number as u64);
+        Self { world, robot, random, steps: 0 }
+    }
+
+    fn uniform(&mut self) -> f64 {
+        (self.random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64 * 2.0 - 1.0
+    }
+
+    fn uniforms(&mut self) -> Vector3<f64> {
+        Vector3::new(self.uniform(), self.uniform(), self.uniform())
+    }
+
+    /// What happens to it before its next step.
+    fn prepare(&mut self) {
+        if self.steps.is_multiple_of(10) {
+            let targets: Vec<f64> =
+                (0..self.robot.n_actuators()).map(|_| self.uniform().signum()).collect();
+            self.robot.actuate(&targets).unwrap();
+        }
+        let trunk = self.robot.body_id(0);
+        if self.steps % 97 == 60 {
+            let force = 3000.0 * self.uniforms();
+            self.world.push(trunk, Push::Force, &force, None).unwrap();
+        }
+        if self.steps % 211 == 150 {
+            let impulse = 150.0 * (self.uniforms() + Vector3::z());
+            self.world.push(trunk, Push::Impulse, &impulse, None).unwrap();
+        }
+        self.robot.drive(&mut self.world).unwrap();
+        self.steps += 1;
+    }
+}
+
+/// A hash of all that can be read of a world: poses, velocities, impulses of joints and contacts.
+#[derive(Default)]
+struct Reader {
+    bodies: Vec<BodyState>,
+    joints: Vec<JointState>,
+    contacts: Vec<Contact>,
+}
+
+impl Reader {
+    fn hash(&mut self, world: &World) -> u64 {
+        world.read_bodies(&mut self.bodies).unwrap();
+        world.read_joints(&mut self.joints).unwrap();
+        world.read_contacts(&mut self.contacts).unwrap();
+        let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+        let mut take = |numbers: &[f64]| {
+            for number in numbers {
+                hash = (hash ^ number.to_bits()).wrapping_mul(0x0000_0100_0000_01b3);
+                hash ^= hash >> 29;
+            }
+        };
+        for body in &self.bodies {
+            take(&body.position);
+            take(&body.rotation);
+            take(&body.linear_velocity);
+            take(&body.angular_velocity);
+        }
+        for joint in &self.joints {
+            take(&joint.force);
+            take(&joint.torque);
+        }
+        for contact in &self.contacts {
+            take(&[contact.distance, contact.impulse]);
+            take(&contact.friction_impulse);
+        }
+        hash
+    }
+}
+
+fn alone(morphology: &Morphology, number: usize, n: usize) -> Vec<u64> {
+    let mut rehearsal = Rehearsal::new(morphology, number);
+    let mut reader = Reader::default();
+    let step = |_| {
+        rehearsal.prepare();
+        rehearsal.world.step().unwrap();
+        reader.hash(&rehearsal.world)
+    };
+    (0..n).map(step).collect()
+}
+
+fn check(model: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models").join(model);
+    let morphology = Morphology::open(&path).unwrap();
+    let n = steps();
+    let expected: Vec<Vec<u64>> = (0..WORLDS).map(|i| alone(&morphology, i, n)).collect();
+    for instructions in Instructions::ALL.into_iter().filter(|it| it.are_available()) {
+        for count in [1, 3, 8, 16, 20] {
+            let mut group: Vec<_> = (0..count).map(|i| Rehearsal::new(&morphology, i)).collect();
+            let mut lockstep = Lockstep::with(instructions).unwrap();
+            let (mut reader, mut results) = (Reader::default(), Vec::new());
+            for step in 0..n {
+                group.iter_mut().for_each(Rehearsal::prepare);
+                let mut worlds: Vec<&mut World> = group.iter_mut().map(|it| &mut it.world).collect();
+                lockstep.step(&mut worlds, &mut results).unwrap();
+                for (i, rehearsal) in group.iter().enumerate() {
+                    results[i].as_ref().unwrap();
+                    assert!(
+                        reader.hash(&rehearsal.world) == expected[i][step],
+                        "{model}, {instructions:?}, world {i} of {count}: other bits after step {}",
+                        step + 1
+                    );
+                }
+            }
+            let counts = lockstep.counts();
+            // Or nothing was compared.
+            assert!(counts.swept * 10 > (n * count) as u64 * 9, "{model}: {counts:?}");
+        }
+    }
+}
+
+macro_rules! models {
+    ($($name:ident: $file:literal,)*) => {$(
+        #[test]
+        fn $name() {
+            check($file);
+        }
+    )*
+
+        #[test]
+        fn every_model_is_checked() {
+            let listed = [$($file),*];
+            let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models");
+            for entry in folder.read_dir().unwrap() {
+                let name = entry.unwrap().file_name().into_string().unwrap();
+                assert!(!name.ends_with(".toml") || listed.contains(&name.as_str()), "{name}");
+            }
+        }
+    };
+}
+
+models! {
+    biped: "biped.toml",
+    hexapod: "hexapod.toml",
+    quadruped: "quadruped.toml",
+    svenja: "svenja.toml",
+    svenja_constrained: "svenja-constrained.toml",
+    worm: "worm.toml",
+}
