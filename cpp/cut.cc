@@ -57,7 +57,17 @@ void CutSolver::iterate() {
 }
 
 void CutSolver::finish() {
-  solveGroupCacheFriendlyFinish(group_.data(), int(group_.size()), *info_);
+  // solveGroupCacheFriendlyFinish
+  if ((info_->m_solverMode & SOLVER_USE_WARMSTARTING) != 0) {
+    writeBackContacts(0, m_tmpSolverContactConstraintPool.size(), *info_);
+  }
+  report_joints();
+  writeBackBodies(0, m_tmpSolverBodyPool.size(), *info_);
+  m_tmpSolverContactConstraintPool.resizeNoInitialize(0);
+  m_tmpSolverNonContactConstraintPool.resizeNoInitialize(0);
+  m_tmpSolverContactFrictionConstraintPool.resizeNoInitialize(0);
+  m_tmpSolverContactRollingFrictionConstraintPool.resizeNoInitialize(0);
+  m_tmpSolverBodyPool.resizeNoInitialize(0);
   waits_ = false;
 }
 

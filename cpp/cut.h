@@ -55,6 +55,7 @@ class CutSolver final : public btSequentialImpulseConstraintSolver {
                      const btContactSolverInfo& info) override;
 
  private:
+  void report_joints();
   void make_rows(btTypedConstraint& constraint, int first, int count,
                  const btContactSolverInfo& info);
 

@@ -152,4 +152,28 @@ void CutSolver::make_rows(btTypedConstraint& constraint, int first, int count,
   }
 }
 
+// As writeBackJoints, but for terms that are zero; sums that begin at +0 don't notice those.
+void CutSolver::report_joints() {
+  const btScalar per_second = btScalar(1) / info_->m_timeStep;
+  const auto add = [per_second](btVector3& to, const btVector3& direction, btScalar impulse) {
+    to += direction * impulse * per_second;
+  };
+  for (int i = 0; i < m_tmpSolverNonContactConstraintPool.size(); ++i) {
+    const btSolverConstraint& row = m_tmpSolverNonContactConstraintPool[i];
+    auto& constraint = *static_cast<btTypedConstraint*>(row.m_originalContactPoint);
+    const btScalar impulse = row.m_appliedImpulse;
+    btJointFeedback* const feedback = constraint.getJointFeedback();
+    if (feedback != nullptr && impulse != 0) {
+      if (!row.m_contactNormal1.isZero() || !row.m_contactNormal2.isZero()) {
+        add(feedback->m_appliedForceBodyA, row.m_contactNormal1, impulse);
+        add(feedback->m_appliedForceBodyB, row.m_contactNormal2, impulse);
+      }
+      add(feedback->m_appliedTorqueBodyA, row.m_relpos1CrossNormal, impulse);
+      add(feedback->m_appliedTorqueBodyB, row.m_relpos2CrossNormal, impulse);
+    }
+    constraint.internalSetAppliedImpulse(impulse);
+    if (btFabs(impulse) >= constraint.getBreakingImpulseThreshold()) constraint.setEnabled(false);
+  }
+}
+
 }  // namespace itarl

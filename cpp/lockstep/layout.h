@@ -17,11 +17,6 @@ namespace itarl::lockstep {
 
 // A joint's slots are bits of a word: Bullet's have at most 24 rows.
 using Slots = std::uint32_t;
-inline int slot_count(Slots slots) { return __builtin_popcount(slots); }
-// Which of the rows that are there has this slot.
-inline int row_of_slot(Slots slots, int slot) {
-  return slot_count(slots & ((Slots{1} << slot) - 1));
-}
 
 // Bodies are counted among those that move, in the order of their slots in the world.
 struct JointKey {

@@ -150,29 +150,34 @@ void Lane::read_contacts() {
   if (touch) signature_.contacts = pairs_;
 }
 
-const btSolverConstraint* Lane::joint_row(std::uint32_t joint, std::uint32_t slot) const {
-  const Slots slots = slots_[joint];
-  if ((slots >> slot & 1) == 0) return nullptr;
-  return &solver_->joint_rows()[int(first_row_[joint]) + row_of_slot(slots, int(slot))];
-}
+void Lane::assign_rows(const Layout& layout) {
+  const std::vector<PlacedRow>& rows = layout.rows();
+  rows_.assign(rows.size(), nullptr);
+  const btSolverConstraint* const joints =
+      solver_->joint_rows().size() > 0 ? &solver_->joint_rows()[0] : nullptr;
+  std::size_t i = 0;
+  for (std::uint32_t joint = 0; i < layout.joint_row_count(); ++joint) {
+    const btSolverConstraint* next = joints + first_row_[joint];
+    for (; i < layout.joint_row_count() && rows[i].owner == joint; ++i) {
+      if (slots_[joint] >> rows[i].part & 1) rows_[i] = next++;
+    }
+  }
 
-const btSolverConstraint* Lane::contact_row(std::uint32_t contact, std::uint32_t part) const {
-  const int i = pool_contact_[contact];
-  if (i < 0) return nullptr;
-  const btSolverConstraint& row = solver_->contact_rows()[i];
-  return part == 0 ? &row : &solver_->friction_rows()[row.m_frictionIndex + int(part) - 1];
-}
-
-void Lane::assign_contacts(const Layout& layout) {
   pool_contact_.assign(layout.contact_count(), -1);
-  moves_first_.assign(layout.contact_count(), true);
-  std::vector<std::uint32_t> seen(bodies_.size(), 0);
-  for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    const std::uint32_t place = layout.lists_contacts()
-                                    ? std::uint32_t(i)
-                                    : layout.contact_index(pairs_[i].a, seen[pairs_[i].a]++);
-    pool_contact_[place] = int(i);
-    moves_first_[place] = mover(solver_->contact_rows()[int(i)].m_solverBodyIdA) != kNoBody;
+  seen_.assign(bodies_.size(), 0);
+  for (std::size_t contact = 0; contact < pairs_.size(); ++contact) {
+    const std::uint32_t body = pairs_[contact].a;
+    const std::size_t place =
+        layout.lists_contacts() ? contact : layout.contact_index(body, seen_[body]++);
+    pool_contact_[place] = int(contact);
+  }
+  for (; i < rows.size(); ++i) {
+    const int contact = pool_contact_[rows[i].owner];
+    if (contact < 0) continue;
+    const btSolverConstraint& row = solver_->contact_rows()[contact];
+    rows_[i] = rows[i].part == 0
+                   ? &row
+                   : &solver_->friction_rows()[row.m_frictionIndex + int(rows[i].part) - 1];
   }
 }
 
@@ -194,7 +199,7 @@ void Packing::pack(Layout& layout, std::vector<Lane*>& lanes, int width) {
   }
   const auto once = [&](auto pack_rows) {
     layout.settle();
-    for (Lane* lane : lanes_) lane->assign_contacts(layout);
+    for (Lane* lane : lanes_) lane->assign_rows(layout);
     constexpr std::size_t kPage = 4096;
     const std::size_t needed = std::size_t(layout.size()) * std::size_t(width) + kPage;
     if (storage_.size() < needed) storage_.resize(needed);
@@ -245,12 +250,9 @@ bool Packing::pack_rows(Layout& layout) {
     from.fill(&no_row());
     first.fill(true);
     for (std::size_t lane = 0; lane < lanes_.size(); ++lane) {
-      const btSolverConstraint* const found =
-          of_joint ? lanes_[lane]->joint_row(row.owner, row.part)
-                   : lanes_[lane]->contact_row(row.owner, row.part);
-      if (found == nullptr) continue;
-      from[lane] = found;
-      if (!of_joint) first[lane] = lanes_[lane]->moves_first(row.owner);
+      if (lanes_[lane]->row(i) == nullptr) continue;
+      from[lane] = lanes_[lane]->row(i);
+      if (!of_joint) first[lane] = lanes_[lane]->moves_first(i);
     }
     if (of_joint) {
       const Layout::Form before = layout.form(row);
@@ -402,10 +404,7 @@ void Packing::unpack(std::uint32_t lane) {
   };
   const std::vector<PlacedRow>& rows = layout_->rows();
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const btSolverConstraint* const row = i < layout_->joint_row_count()
-                                              ? to.joint_row(rows[i].owner, rows[i].part)
-                                              : to.contact_row(rows[i].owner, rows[i].part);
-    if (row != nullptr) row->m_appliedImpulse = value(rows[i].applied);
+    if (to.row(i) != nullptr) to.row(i)->m_appliedImpulse = value(rows[i].applied);
   }
   for (std::uint32_t body = 0; body < layout_->body_count(); ++body) {
     btSolverBody* const pool = to.body(body);

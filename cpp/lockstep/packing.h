@@ -34,14 +34,16 @@ class Lane {
   // How many contacts a body has, if no two moving bodies touch.
   std::uint32_t contacts(std::uint32_t body) const { return contacts_[body]; }
 
-  const btSolverConstraint* joint_row(std::uint32_t joint, std::uint32_t slot) const;
-  const btSolverConstraint* contact_row(std::uint32_t contact, std::uint32_t part) const;
   btSolverBody* body(std::uint32_t body) const { return bodies_[body]; }
-  // Whether a contact's one moving body is the first of its two.
-  bool moves_first(std::uint32_t contact) const { return moves_first_[contact]; }
 
-  // Tells the contacts' places in the layout, once it is known.
-  void assign_contacts(const Layout& layout);
+  // Finds the rows that a layout has.
+  void assign_rows(const Layout& layout);
+  // By index in the layout; null if there is none.
+  const btSolverConstraint* row(std::size_t index) const { return rows_[index]; }
+  // Whether a contact row's one moving body is the first of its two.
+  bool moves_first(std::size_t index) const {
+    return mover(rows_[index]->m_solverBodyIdA) != kNoBody;
+  }
 
  private:
   void read_bodies(const std::vector<std::uint32_t>& movers);
@@ -58,8 +60,9 @@ class Lane {
   std::vector<Slots> slots_;                // by joint
   std::vector<std::uint32_t> contacts_;     // by mover
   std::vector<ContactKey> pairs_;           // by contact of the pool
+  std::vector<std::uint32_t> seen_;         // contacts by mover, while they're assigned
   std::vector<int> pool_contact_;           // by contact of the layout; -1 if there is none
-  std::vector<bool> moves_first_;           // by contact of the layout
+  std::vector<const btSolverConstraint*> rows_;  // by row of the layout
 };
 
 // Packs lanes into values for a sweep, unpacks what came out.

@@ -52,7 +52,9 @@ use bridge::ffi;
 
 pub use body::{Body, CollisionFilter, Motion, Push};
 pub use error::Error;
-pub use ffi::{BodyId, BodyState, Contact, JointId, JointState, LockstepCounts, LockstepTimes, ShapeId};
+pub use ffi::{
+    BodyId, BodyState, Contact, JointId, JointState, LockstepCounts, LockstepTimes, ShapeId,
+};
 pub use joint::{Axis, AxisSettings, Joint, JointKind, Motor, MotorCommand, Range, Spring, Stop};
 pub use lockstep::{INSTRUCTIONS_VARIABLE, Instructions, Lockstep};
 pub use settings::{SolverMode, WorldSettings};

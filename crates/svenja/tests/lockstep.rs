@@ -7,9 +7,7 @@
 
 use std::{env, path::Path};
 
-use bullet::{
-    BodyState, Contact, Instructions, JointState, Lockstep, Push, World, WorldSettings,
-};
+use bullet::{BodyState, Contact, Instructions, JointState, Lockstep, Push, World, WorldSettings};
 use nalgebra::Vector3;
 use rand_pcg::{
     Pcg64Mcg,
@@ -131,7 +129,8 @@ fn check(model: &str) {
             let (mut reader, mut results) = (Reader::default(), Vec::new());
             for step in 0..n {
                 group.iter_mut().for_each(Rehearsal::prepare);
-                let mut worlds: Vec<&mut World> = group.iter_mut().map(|it| &mut it.world).collect();
+                let mut worlds: Vec<&mut World> =
+                    group.iter_mut().map(|it| &mut it.world).collect();
                 lockstep.step(&mut worlds, &mut results).unwrap();
                 for (i, rehearsal) in group.iter().enumerate() {
                     results[i].as_ref().unwrap();

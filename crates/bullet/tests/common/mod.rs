@@ -43,6 +43,12 @@ impl Playground {
 
     /// One step, with the commands that belong to its number.
     pub fn step(&mut self) {
+        self.prepare();
+        self.world.step().unwrap();
+    }
+
+    /// The commands of the next step.
+    pub fn prepare(&mut self) {
         let n = self.world.steps();
         let commands = self.motor_commands();
         self.world.set_motors(&commands).unwrap();
@@ -52,7 +58,6 @@ impl Playground {
             let force = Vector3::new(3.0, -20.0, 150.0);
             self.world.push(body, Push::Force, &force, None).unwrap();
         }
-        self.world.step().unwrap();
     }
 
     pub fn run(&mut self, steps: u32) {
