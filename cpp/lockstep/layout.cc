@@ -10,8 +10,6 @@ namespace itarl::lockstep {
 
 namespace {
 
-constexpr int kMostSlots = 32;
-
 Kind kind_of(const Layout::Form& form) {
   if (form.angular) return form.free ? Kind::AngularFree : Kind::Angular;
   if (form.full) return form.free ? Kind::FullFree : Kind::Full;
@@ -47,14 +45,13 @@ Layout::Layout(Signature signature, std::uint32_t bodies, int frictions, bool in
       frictions_(frictions),
       interleaved_(interleaved),
       lanes_(lanes),
-      slots_(signature_.joints.size(), 0),
-      forms_(signature_.joints.size(), std::vector<Form>(kMostSlots)),
+      forms_(signature_.joints.size()),
       contacts_of_(bodies, 0),
       first_contact_(bodies, 0) {}
 
-void Layout::need_slots(std::uint32_t joint, Slots slots) {
-  if ((slots & ~slots_[joint]) == 0) return;
-  slots_[joint] |= slots;
+void Layout::need_rows(std::uint32_t joint, std::uint32_t count) {
+  if (count <= forms_[joint].size()) return;
+  forms_[joint].resize(count);
   settled_ = false;
 }
 
@@ -89,13 +86,12 @@ void Layout::settle() {
 
 void Layout::list_rows() {
   placed_.clear();
-  for (std::uint32_t joint = 0; joint < slots_.size(); ++joint) {
+  for (std::uint32_t joint = 0; joint < forms_.size(); ++joint) {
     bool shares = false;  // whether a row could share with the one before
-    for (std::uint32_t slot = 0; slot < kMostSlots; ++slot) {
-      if ((slots_[joint] >> slot & 1) == 0) continue;
-      const Form& form = forms_[joint][slot];
+    for (std::uint32_t i = 0; i < forms_[joint].size(); ++i) {
+      const Form& form = forms_[joint][i];
       shares = shares && form.angular && form.shares;
-      placed_.push_back({kind_of(form), joint, slot, 0, 0, 0, shares});
+      placed_.push_back({kind_of(form), joint, i, 0, 0, 0, shares});
       if (shares) {
         // A run is limited as a whole: what has no limits has some that are never reached.
         placed_.back().kind = Kind::Angular;
