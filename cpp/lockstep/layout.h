@@ -100,6 +100,7 @@ class Layout {
     std::uint32_t a, b, number;  // number among the body's contacts
   };
   void list_rows();
+  bool goes_on(std::uint32_t row) const;
   std::vector<Touch> touches() const;
   void place_rows();
   void order_rows(const std::vector<Touch>& touches);

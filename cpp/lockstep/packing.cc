@@ -36,13 +36,28 @@ const btSolverBody& no_body() {
   return *reinterpret_cast<const btSolverBody*>(zeros.data());
 }
 
-bool is_zero(const btVector3& v) { return v.x() == 0 && v.y() == 0 && v.z() == 0; }
-bool are_opposite(const btVector3& a, const btVector3& b) {
-  return a.x() == -b.x() && a.y() == -b.y() && a.z() == -b.z();
+// Of the three numbers of each vector; zeros of either sign are alike.
+#if defined(__SSE2__) && !defined(ITARL_FLOAT64)
+__m128 load(const btVector3& v) { return _mm_load_ps(v.m_floats); }
+bool all(__m128 mask) { return (_mm_movemask_ps(mask) & 7) == 7; }
+bool are_zero(const btVector3& a, const btVector3& b) {
+  const __m128 zero = _mm_setzero_ps();
+  return all(_mm_and_ps(_mm_cmpeq_ps(load(a), zero), _mm_cmpeq_ps(load(b), zero)));
 }
+bool are_opposite(const btVector3& a, const btVector3& b) {
+  return all(_mm_cmpeq_ps(load(a), _mm_xor_ps(load(b), _mm_set1_ps(-0.f))));
+}
+bool are_same(const btVector3& a, const btVector3& b) { return all(_mm_cmpeq_ps(load(a), load(b))); }
+#else
 bool are_same(const btVector3& a, const btVector3& b) {
   return a.x() == b.x() && a.y() == b.y() && a.z() == b.z();
 }
+bool are_zero(const btVector3& a, const btVector3& b) {
+  const btVector3 zero(0, 0, 0);
+  return are_same(a, zero) && are_same(b, zero);
+}
+bool are_opposite(const btVector3& a, const btVector3& b) { return are_same(a, -b); }
+#endif
 
 // Four numbers of each world become one vector for each number.
 template <int W, typename Source>
@@ -254,7 +269,7 @@ bool Packing::pack_rows(Layout& layout) {
         const bool absent = from[lane] == &no_row();
         const bool rigid = c.m_cfm == 0;
         if (form.angular) {
-          form.angular = rigid && is_zero(c.m_contactNormal1) && is_zero(c.m_contactNormal2) &&
+          form.angular = rigid && are_zero(c.m_contactNormal1, c.m_contactNormal2) &&
                          are_opposite(c.m_relpos1CrossNormal, c.m_relpos2CrossNormal);
         }
         if (!form.angular && form.full) {

@@ -73,7 +73,7 @@ pub(super) fn bench(arguments: &Bench) -> anyhow::Result<Outcome> {
     ];
     for (name, seconds) in parts {
         let steps = in_lanes.all_steps as f64 * physics_steps;
-        say(format_args!("  {name:8} {:8.1} us a physics step", 1e6 * seconds / steps))?;
+        say(format_args!("    {name:6} {:8.1} us a physics step", 1e6 * seconds / steps))?;
     }
     alone.report("with --solver bullet")?;
     say(format_args!(

@@ -1,5 +1,7 @@
 //! The robot in its world, as a cell has it: what is moved by targets and felt in readings.
 
+use std::time::Instant;
+
 use bullet::{SolverMode, World, WorldSettings};
 use nalgebra::{Point3, Vector3};
 use svenja::{Morphology, Readings, Robot, add_ground};
@@ -161,6 +163,7 @@ pub fn hold(bodies: &mut [&mut Body], solver: &mut Solver) -> Vec<Result<(), sve
     let mut results: Vec<_> = bodies.iter().map(|_| Ok(())).collect();
     bodies.iter_mut().for_each(|body| body.poses.clear());
     for step in 1..=n_physics_steps {
+        let start = Instant::now();
         let mut well: Vec<_> =
             bodies.iter_mut().zip(&mut results).filter(|(_, result)| result.is_ok()).collect();
         for (body, result) in &mut well {
@@ -170,6 +173,7 @@ pub fn hold(bodies: &mut [&mut Body], solver: &mut Solver) -> Vec<Result<(), sve
         let mut worlds: Vec<&mut World> =
             well.iter_mut().map(|(body, _)| &mut body.world).collect();
         let stepped = solver.step(&mut worlds);
+        solver.spent_since(start);
         for ((body, result), stepped) in well.into_iter().zip(stepped) {
             *result =
                 stepped.map_err(|error| body.robot.explain(error)).and_then(|()| body.look(step));

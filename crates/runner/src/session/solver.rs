@@ -9,7 +9,7 @@ use bullet::{Instructions, Lockstep, LockstepCounts, LockstepTimes, World};
 #[derive(Debug)]
 pub struct Solver {
     lanes: Option<Lockstep>,
-    /// Spent in steps of worlds, for `itarl bench`; no result knows it.
+    /// Spent in physics steps, for `itarl bench`; no result knows it.
     time: Duration,
 }
 
@@ -42,8 +42,7 @@ impl Solver {
 
     /// A step of each world. Worlds in lanes must be built alike: all are refused if they aren't.
     pub(super) fn step(&mut self, worlds: &mut [&mut World]) -> Vec<Result<(), bullet::Error>> {
-        let start = Instant::now();
-        let results = match &mut self.lanes {
+        match &mut self.lanes {
             None => worlds.iter_mut().map(|world| world.step()).collect(),
             Some(lockstep) => {
                 let mut results = Vec::new();
@@ -52,18 +51,21 @@ impl Solver {
                     Err(error) => worlds.iter().map(|_| Err(error.clone())).collect(),
                 }
             }
-        };
-        self.time += start.elapsed();
-        results
+        }
     }
 
-    /// Spent in steps of worlds so far.
+    /// Counts a physics step, servo law included, as begun then.
+    pub(super) fn spent_since(&mut self, start: Instant) {
+        self.time += start.elapsed();
+    }
+
+    /// Spent in physics steps so far, servo law included.
     #[must_use]
     pub fn time(&self) -> Duration {
         self.time
     }
 
-    /// Where that went, in lanes.
+    /// Where it went without the servo law, in lanes.
     #[must_use]
     pub fn times(&self) -> LockstepTimes {
         self.lanes.as_ref().map(Lockstep::times).unwrap_or_default()
