@@ -141,8 +141,7 @@ fn together(
     expected: &[Vec<u64>],
     what: &str,
 ) -> LockstepCounts {
-    let mut group: Vec<_> =
-        (0..expected.len()).map(|i| Rehearsal::new(morphology, i)).collect();
+    let mut group: Vec<_> = (0..expected.len()).map(|i| Rehearsal::new(morphology, i)).collect();
     let mut lockstep = Lockstep::with(instructions).unwrap();
     let (mut reader, mut results) = (Reader::default(), Vec::new());
     for step in 0..expected[0].len() {
