@@ -8,7 +8,10 @@
 
 use std::{env, path::Path};
 
-use bullet::{BodyState, Contact, Instructions, JointState, Lockstep, Push, World, WorldSettings};
+use bullet::{
+    BodyState, Contact, Instructions, JointState, Lockstep, LockstepCounts, Push, World,
+    WorldSettings,
+};
 use nalgebra::Vector3;
 use rand_pcg::{
     Pcg64Mcg,
