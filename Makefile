@@ -65,7 +65,7 @@ SANITIZED = CARGO_TARGET_DIR=target/asan UBSAN_OPTIONS=print_stacktrace=1 \
 	FUZZ_SEQUENCES=$(ASAN_SEQUENCES) \
 	CXXFLAGS="-fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer" \
 	RUSTFLAGS="-Clink-arg=-Wl,--no-as-needed -Clink-arg=-lasan -Clink-arg=-lubsan" \
-	cargo test -p bullet --test fuzz --test refusals \
+	cargo test -p bullet --test fuzz --test refusals --test lockstep \
 	  --target $$(rustc -vV | sed -n 's/^host: //p') \
 	  --config "target.'cfg(all())'.runner=['env', 'LD_PRELOAD=$$(g++ -print-file-name=libasan.so)']"
 
