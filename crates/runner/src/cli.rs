@@ -2,8 +2,10 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueHint};
+use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint, builder::PossibleValuesParser};
 use clap_complete::Shell;
+
+use crate::plots::FIGURES;
 
 /// Trains simulated robots whose reward mixes a task with the information in their own sensors.
 #[derive(Debug, Parser)]
@@ -56,6 +58,14 @@ Several of these may share the folder: the first makes it, the others compare.")
     #[command(after_help = "Example:
   itarl summary runs/quick --early 1-50 --late 200-300")]
     Summary(Summary),
+    /// Draw the paper's figures of a run, finished or not, into DIR/plots/
+    #[command(after_help = "Examples:
+  itarl plot runs/quick
+  itarl plot runs/quick --format svg,png learning-curves final
+  itarl plot runs/quick --setting xi=0.75 --setting xi=1 close-up
+
+docs/figures.md says what each figure and table shows.")]
+    Plot(Plot),
     /// Print the complete settings of an experiment file
     #[command(after_help = "Example:
   itarl config experiments/quick.toml --set learning.rate=0.3")]
@@ -156,6 +166,35 @@ pub struct Summary {
     /// Late updates [default: the last tenth]
     #[arg(long, value_name = "FIRST-LAST")]
     pub late: Option<Updates>,
+}
+
+/// Figures of a run.
+#[derive(Debug, Args)]
+pub struct Plot {
+    /// The run's folder
+    #[arg(value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub run: PathBuf,
+    /// Which figures [default: all]
+    #[arg(value_name = "FIGURE", value_parser = PossibleValuesParser::new(FIGURES.map(|it| it.name)))]
+    pub figures: Vec<String>,
+    /// Kinds of files
+    #[arg(long, value_name = "FORMAT,...", value_delimiter = ',', default_value = "svg")]
+    pub format: Vec<Format>,
+    /// A setting that close-up shows, as its folder is named [default: the best and the last one]
+    #[arg(long = "setting", value_name = "SETTING")]
+    pub settings: Vec<String>,
+    /// The two best instances in feet, in place of the best and the median one
+    #[arg(long)]
+    pub two_best: bool,
+}
+
+/// A kind of picture file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
+pub enum Format {
+    /// Lines and text, for pages and print
+    Svg,
+    /// 2,000 pixels wide
+    Png,
 }
 
 /// Some updates in a row.

@@ -2,6 +2,7 @@
 
 mod bench;
 mod model;
+mod plot;
 mod rollout;
 mod settings;
 mod status;
@@ -50,6 +51,7 @@ pub fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Cell(arguments) => train::cell(&arguments),
         Command::Status { run } => status::status(&run),
         Command::Summary(arguments) => summary::summary(&arguments),
+        Command::Plot(arguments) => plot::plot(&arguments),
         Command::Config { experiment } => settings::config(&experiment),
         Command::Rollout(arguments) => rollout::rollout(&arguments),
         Command::Model(arguments) => model::model(&arguments),

@@ -1,0 +1,195 @@
+//! Axes: ranges that hold the data, numbers on ticks that can be read, and the frame around a panel.
+
+use std::ops::Range;
+
+use plotters::{
+    backend::SVGBackend,
+    chart::{ChartBuilder, ChartContext},
+    coord::{
+        cartesian::Cartesian2d,
+        ranged1d::{BoldPoints, Ranged},
+        types::RangedCoordf64,
+    },
+    style::text_anchor::HPos,
+};
+
+use super::{
+    Error,
+    canvas::{Area, FAINT, INK, Rect, SMALL, font, grid, stroke, write},
+};
+
+/// Room for the numbers beside and below a panel.
+pub(super) const LEFT: f64 = 48.0;
+pub(super) const BELOW: f64 = 22.0;
+
+/// A panel in whose coordinates series are drawn.
+pub(super) type Chart<'a, 'b> =
+    ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+
+/// A linear axis.
+#[derive(Clone, Debug)]
+pub(super) struct Axis {
+    pub(super) range: Range<f64>,
+    n_ticks: usize,
+    /// Numbers are written as multiples of ten to the power of this, a multiple of 3.
+    exponent: i32,
+    decimals: usize,
+}
+
+impl Axis {
+    /// Holds all values with a little room beside them.
+    pub(super) fn around(values: impl Iterator<Item = f64>, n_ticks: usize) -> Self {
+        let finite = values.filter(|value| value.is_finite());
+        let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+            (low.min(value), high.max(value))
+        });
+        let (low, high) = if low <= high { (low, high) } else { (0.0, 0.0) };
+        // Equal values still need an axis, and ticks need to be different numbers.
+        let smallest = (low.abs().max(high.abs()) * 1e-6).max(1e-12);
+        let room = ((high - low) * 0.05).max(smallest);
+        Self::new(low - room..high + room, n_ticks)
+    }
+
+    /// Has exactly this range.
+    pub(super) fn new(range: Range<f64>, n_ticks: usize) -> Self {
+        let ticks = RangedCoordf64::from(range.clone()).key_points(BoldPoints(n_ticks));
+        let largest = ticks.iter().map(|tick| tick.abs()).fold(0.0, f64::max);
+        let power = if largest > 0.0 { largest.log10().floor() as i32 } else { 0 };
+        // From 0.01 to 99,999 numbers are written as they are.
+        let exponent = if (-2..5).contains(&power) { 0 } else { power.div_euclid(3) * 3 };
+        let step = ticks.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
+        let step = if step.is_finite() { step } else { largest };
+        let digits = -(step.log10() + 1e-9).floor() as i32 + exponent;
+        let decimals = if step > 0.0 { digits.clamp(0, 9) as usize } else { 0 };
+        Self { range, n_ticks, exponent, decimals }
+    }
+
+    /// From 0 to a number of updates.
+    pub(super) fn updates(n: usize, n_ticks: usize) -> Self {
+        let mut axis = Self::new(0.0..n as f64, n_ticks);
+        if axis.exponent == 0 {
+            axis.decimals = 0;
+        }
+        axis
+    }
+
+    /// The number on a tick.
+    fn tick(&self, value: f64) -> String {
+        let value = value / 10_f64.powi(self.exponent);
+        let text = format!("{value:.*}", self.decimals);
+        let digits = text.trim_start_matches('-');
+        // Rounding makes -0.0 of a tick at 0.
+        let is_zero = digits.chars().all(|digit| "0.".contains(digit));
+        let sign = if is_zero || !text.starts_with('-') { "" } else { "−" };
+        format!("{sign}{digits}")
+    }
+
+    /// What numbers are to be multiplied with, `×10⁻³`; none if they are as they are.
+    pub(super) fn multiplier(&self) -> Option<String> {
+        let superscript = |digit: char| match digit {
+            '-' => '⁻',
+            '1' => '¹',
+            '2' => '²',
+            '3' => '³',
+            _ => char::from_u32('⁰' as u32 + digit.to_digit(10).unwrap_or(0)).unwrap_or(digit),
+        };
+        let exponent = self.exponent.to_string();
+        (self.exponent != 0)
+            .then(|| format!("×10{}", exponent.chars().map(superscript).collect::<String>()))
+    }
+}
+
+/// A frame with a grid and two axes.
+pub(super) struct Panel<'a> {
+    /// Within the frame.
+    pub(super) frame: Rect,
+    pub(super) x: &'a Axis,
+    pub(super) y: &'a Axis,
+    /// Whether there are numbers below and at the left.
+    pub(super) x_numbers: bool,
+    pub(super) y_numbers: bool,
+}
+
+impl Panel<'_> {
+    /// Draws the frame, then what belongs in it.
+    pub(super) fn draw<'b>(
+        &self,
+        area: &Area<'b>,
+        series: impl FnOnce(&mut Chart<'_, 'b>) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let left = if self.y_numbers { LEFT } else { 0.0 };
+        let below = if self.x_numbers { BELOW } else { 0.0 };
+        let frame = self.frame;
+        let whole = area.clone().shrink(
+            (grid(frame.x - left), grid(frame.y)),
+            (grid(frame.width + left), grid(frame.height + below)),
+        );
+        let mut chart = ChartBuilder::on(&whole)
+            .set_label_area_size(plotters::chart::LabelAreaPosition::Left, grid(left))
+            .set_label_area_size(plotters::chart::LabelAreaPosition::Bottom, grid(below))
+            .build_cartesian_2d(self.x.range.clone(), self.y.range.clone())?;
+        chart
+            .configure_mesh()
+            .x_labels(self.x.n_ticks)
+            .y_labels(self.y.n_ticks)
+            .max_light_lines(0)
+            .bold_line_style(stroke(FAINT, 1.0))
+            .axis_style(stroke(INK, 1.0))
+            .label_style(font(SMALL, INK, HPos::Center))
+            .set_all_tick_mark_size(grid(4.0))
+            .x_label_formatter(&|value| self.x.tick(*value))
+            .y_label_formatter(&|value| self.y.tick(*value))
+            .draw()?;
+        series(&mut chart)?;
+        if let Some(multiplier) = self.y.multiplier().filter(|_| self.y_numbers) {
+            let at = (frame.x - left + 8.0, frame.y - 9.0);
+            write(area, &multiplier, at, &font(SMALL, INK, HPos::Left))?;
+        }
+        if let Some(multiplier) = self.x.multiplier().filter(|_| self.x_numbers) {
+            let at = (frame.right(), frame.bottom() + below + 8.0);
+            write(area, &multiplier, at, &font(SMALL, INK, HPos::Right))?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ticks(axis: &Axis) -> Vec<String> {
+        let ticks = RangedCoordf64::from(axis.range.clone()).key_points(BoldPoints(axis.n_ticks));
+        ticks.into_iter().map(|tick| axis.tick(tick)).collect()
+    }
+
+    #[test]
+    fn ticks_are_read_without_counting_zeros() {
+        let axis = Axis::new(-0.004..0.0082, 4);
+        assert_eq!(axis.multiplier().as_deref(), Some("×10⁻³"));
+        assert!(ticks(&axis).contains(&"−2".to_owned()) || ticks(&axis).contains(&"−4".to_owned()));
+        assert!(ticks(&axis).contains(&"0".to_owned()), "{:?}", ticks(&axis));
+        let axis = Axis::new(0.0..0.25, 3);
+        assert_eq!(axis.multiplier(), None);
+        assert!(ticks(&axis).contains(&"0.1".to_owned()), "{:?}", ticks(&axis));
+        assert!(ticks(&Axis::updates(30_000, 4)).contains(&"20000".to_owned()));
+        assert_eq!(Axis::new(0.0..2e7, 2).multiplier().as_deref(), Some("×10⁶"));
+    }
+
+    #[test]
+    fn any_values_make_an_axis() {
+        for values in [
+            vec![],
+            vec![0.0],
+            vec![7.0, 7.0],
+            vec![1e100, -1e100],
+            vec![1e100, 1e100],
+            vec![1e-300],
+            vec![f64::NAN, f64::INFINITY],
+            vec![1.0, 1.0 + f64::EPSILON],
+        ] {
+            let axis = Axis::around(values.iter().copied(), 4);
+            assert!(axis.range.start < axis.range.end, "{values:?}");
+            assert!(ticks(&axis).len() < 20, "{values:?}");
+        }
+    }
+}

@@ -1,0 +1,178 @@
+//! Figures and tables of a run, from its recorded files alone.
+//!
+//! `docs/figures.md` says what each shows. A figure is one file here, and [`FIGURES`] names it:
+//!
+//! | file | what |
+//! |---|---|
+//! | `run.rs`, `contacts.rs` | a run folder as plain data: settings, instances, columns |
+//! | `outcome.rs` | what an instance came to; the best and the median one |
+//! | `statistics.rs` | quartiles, interquartile mean, bootstrap, correlation |
+//! | `tables.rs` | the numbers beside the figures |
+//! | `curves.rs` | smoothing, quartiles over time |
+//! | `canvas.rs`, `axis.rs` | the page, the font, the axes |
+//! | the others | one figure each |
+
+mod axis;
+mod canvas;
+mod close_up;
+mod contacts;
+mod curves;
+mod feet;
+mod final_values;
+mod learning_curves;
+mod outcome;
+mod run;
+mod scatter;
+pub mod statistics;
+mod tables;
+
+#[cfg(test)]
+mod example;
+
+use std::path::PathBuf;
+
+pub use contacts::Contacts;
+pub use outcome::{Choice, Outcome, best_and_median};
+pub use run::{Instance, Omitted, Run, Setting};
+pub use tables::Table;
+
+use crate::store;
+use outcome::choice;
+
+/// The figures, in the order of the paper.
+pub const FIGURES: [Figure; 5] = [
+    learning_curves::FIGURE,
+    close_up::FIGURE,
+    feet::FIGURE,
+    scatter::FIGURE,
+    final_values::FIGURE,
+];
+
+/// A kind of figure.
+#[derive(Clone, Copy, Debug)]
+pub struct Figure {
+    /// As it's asked for, and its files are named.
+    pub name: &'static str,
+    /// In a few words.
+    pub title: &'static str,
+    /// What is drawn, in a sentence.
+    pub caption: &'static str,
+    draw: fn(&Run, &Options) -> Result<Drawing, Error>,
+    tables: fn(&Run) -> Vec<Table>,
+}
+
+/// What may be chosen.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// The settings of `close-up`; empty: the one with the highest mean R_Loc in the last window,
+    /// and the last one of the sweep.
+    pub settings: Vec<String>,
+    /// Whether `feet` shows the two best instances of a setting in place of the best and the median.
+    pub two_best: bool,
+}
+
+/// A figure of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drawing {
+    /// The name of its files, without `.svg`.
+    pub file_stem: &'static str,
+    /// A whole SVG document.
+    pub svg: String,
+    /// Its width in px.
+    pub width: u32,
+    /// Its height in px.
+    pub height: u32,
+    /// What is drawn, with this run's numbers: windows, rules.
+    pub caption: String,
+}
+
+/// Pixels of a PNG file for each px of the SVG: 2,000 over the width of a page.
+const PNG_SCALE: f32 = 2.0;
+
+impl Drawing {
+    /// The bytes of a PNG file.
+    ///
+    /// # Errors
+    /// [`Error::Drawing`]
+    pub fn png(&self) -> Result<Vec<u8>, Error> {
+        canvas::png(&self.svg, PNG_SCALE)
+    }
+}
+
+/// Draws a figure.
+///
+/// # Errors
+/// [`Error::Nothing`] if this run has nothing to show in it, [`Error::Setting`], [`Error::Drawing`].
+pub fn draw(run: &Run, figure: &Figure, options: &Options) -> Result<Drawing, Error> {
+    (figure.draw)(run, options)
+}
+
+impl Figure {
+    /// The numbers beside it.
+    #[must_use]
+    pub fn tables(&self, run: &Run) -> Vec<Table> {
+        (self.tables)(run)
+    }
+}
+
+/// The tables of all figures.
+#[must_use]
+pub fn tables(run: &Run) -> Vec<Table> {
+    FIGURES.iter().flat_map(|figure| figure.tables(run)).collect()
+}
+
+/// Why a run can't be read or drawn.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// It can't be read.
+    #[error(transparent)]
+    Store(#[from] store::Error),
+    /// It has no update.
+    #[error("{}: {}", folder.display(), empty(folder, omitted))]
+    Empty {
+        /// The run's folder.
+        folder: PathBuf,
+        /// What would be there, if it could be read.
+        omitted: Vec<Omitted>,
+    },
+    /// There's no such setting.
+    #[error("no setting {name:?} has an update; there are {}", known.join(", "))]
+    Setting {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: Vec<String>,
+    },
+    /// There's nothing to show in this figure.
+    #[error("{figure}: {why}")]
+    Nothing {
+        /// The figure.
+        figure: &'static str,
+        /// Why.
+        why: String,
+    },
+    /// The drawing libraries refused.
+    #[error("drawing: {0}")]
+    Drawing(String),
+}
+
+fn empty(folder: &std::path::Path, omitted: &[Omitted]) -> String {
+    let folder = folder.display();
+    if omitted.is_empty() {
+        return format!(
+            "no cell has an update yet: `itarl resume {folder}` trains, `itarl status {folder}` \
+             shows where it stands"
+        );
+    }
+    let lines: Vec<_> = omitted.iter().map(|it| format!("\n  {it}")).collect();
+    format!("no cell that has an update can be read{}", lines.concat())
+}
+
+impl<E: std::error::Error + Send + Sync> From<plotters::drawing::DrawingAreaErrorKind<E>>
+    for Error
+{
+    fn from(error: plotters::drawing::DrawingAreaErrorKind<E>) -> Self {
+        Self::Drawing(error.to_string())
+    }
+}
