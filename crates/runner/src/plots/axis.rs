@@ -15,11 +15,11 @@ use plotters::{
 
 use super::{
     Error,
-    canvas::{Area, FAINT, INK, Rect, SMALL, font, grid, stroke, write},
+    canvas::{Area, FAINT, INK, Rect, SMALL, font, grid, line, stroke, write},
 };
 
 /// Room for the numbers beside and below a panel.
-pub(super) const LEFT: f64 = 48.0;
+pub(super) const LEFT: f64 = 52.0;
 pub(super) const BELOW: f64 = 22.0;
 
 /// A panel in whose coordinates series are drawn.
@@ -64,13 +64,24 @@ impl Axis {
         Self { range, n_ticks, exponent, decimals }
     }
 
-    /// From 0 to a number of updates.
+    /// From 0 to a number of updates, in thousands where they are many.
     pub(super) fn updates(n: usize, n_ticks: usize) -> Self {
+        let thousands = n >= 10_000;
         let mut axis = Self::new(0.0..n as f64, n_ticks);
-        if axis.exponent == 0 {
-            axis.decimals = 0;
-        }
+        axis.exponent = if thousands { 3 } else { 0 };
+        axis.decimals = 0;
         axis
+    }
+
+    /// What the numbers of [`Axis::updates`] are.
+    pub(super) fn updates_label(&self) -> &'static str {
+        if self.exponent == 0 { "updates" } else { "updates / 1000" }
+    }
+
+    /// The ticks with their numbers.
+    pub(super) fn ticks(&self) -> Vec<(f64, String)> {
+        let ticks = RangedCoordf64::from(self.range.clone()).key_points(BoldPoints(self.n_ticks));
+        ticks.into_iter().map(|tick| (tick, self.tick(tick))).collect()
     }
 
     /// The number on a tick.
@@ -84,18 +95,10 @@ impl Axis {
         format!("{sign}{digits}")
     }
 
-    /// What numbers are to be multiplied with, `×10⁻³`; none if they are as they are.
+    /// What the numbers are to be multiplied with, as in 1e−3; none if they are as they are.
     pub(super) fn multiplier(&self) -> Option<String> {
-        let superscript = |digit: char| match digit {
-            '-' => '⁻',
-            '1' => '¹',
-            '2' => '²',
-            '3' => '³',
-            _ => char::from_u32('⁰' as u32 + digit.to_digit(10).unwrap_or(0)).unwrap_or(digit),
-        };
-        let exponent = self.exponent.to_string();
-        (self.exponent != 0)
-            .then(|| format!("×10{}", exponent.chars().map(superscript).collect::<String>()))
+        let text = format!("1e{}", self.exponent).replace('-', "−");
+        (self.exponent != 0).then_some(text)
     }
 }
 
@@ -141,12 +144,11 @@ impl Panel<'_> {
             .y_label_formatter(&|value| self.y.tick(*value))
             .draw()?;
         series(&mut chart)?;
+        let corners =
+            [(frame.x, frame.y), (frame.x, frame.bottom()), (frame.right(), frame.bottom())];
+        line(area, &corners, stroke(INK, 1.0))?;
         if let Some(multiplier) = self.y.multiplier().filter(|_| self.y_numbers) {
-            let at = (frame.x - left + 8.0, frame.y - 9.0);
-            write(area, &multiplier, at, &font(SMALL, INK, HPos::Left))?;
-        }
-        if let Some(multiplier) = self.x.multiplier().filter(|_| self.x_numbers) {
-            let at = (frame.right(), frame.bottom() + below + 8.0);
+            let at = (frame.x - 7.0, frame.y - 10.0);
             write(area, &multiplier, at, &font(SMALL, INK, HPos::Right))?;
         }
         Ok(())
@@ -158,21 +160,20 @@ mod tests {
     use super::*;
 
     fn ticks(axis: &Axis) -> Vec<String> {
-        let ticks = RangedCoordf64::from(axis.range.clone()).key_points(BoldPoints(axis.n_ticks));
-        ticks.into_iter().map(|tick| axis.tick(tick)).collect()
+        axis.ticks().into_iter().map(|(_, text)| text).collect()
     }
 
     #[test]
     fn ticks_are_read_without_counting_zeros() {
         let axis = Axis::new(-0.004..0.0082, 4);
-        assert_eq!(axis.multiplier().as_deref(), Some("×10⁻³"));
+        assert_eq!(axis.multiplier().as_deref(), Some("1e−3"));
         assert!(ticks(&axis).contains(&"−2".to_owned()) || ticks(&axis).contains(&"−4".to_owned()));
         assert!(ticks(&axis).contains(&"0".to_owned()), "{:?}", ticks(&axis));
         let axis = Axis::new(0.0..0.25, 3);
         assert_eq!(axis.multiplier(), None);
         assert!(ticks(&axis).contains(&"0.1".to_owned()), "{:?}", ticks(&axis));
-        assert!(ticks(&Axis::updates(30_000, 4)).contains(&"20000".to_owned()));
-        assert_eq!(Axis::new(0.0..2e7, 2).multiplier().as_deref(), Some("×10⁶"));
+        assert!(ticks(&Axis::updates(30_000, 4)).contains(&"20".to_owned()));
+        assert_eq!(Axis::new(0.0..2e7, 2).multiplier().as_deref(), Some("1e6"));
     }
 
     #[test]

@@ -32,7 +32,7 @@ const COLUMNS: usize = 5;
 const ROW: f64 = 128.0;
 const GAP: f64 = 24.0;
 const TITLE_LINE: f64 = 18.0;
-const MARGIN: f64 = 24.0;
+const MARGIN: f64 = 36.0;
 
 /// One of the three rows.
 struct Quantity {
@@ -154,13 +154,12 @@ fn draw_row(
         let [low, median, high] = spread.quartiles;
         [low, median, high, spread.mean]
     };
-    let shared = Axis::around(curves.iter().flatten().flat_map(values), 4);
+    let shared = Axis::around(curves.iter().flatten().flat_map(values), 6);
     let x = Axis::updates(run.longest(), (layout.frame_width / 60.0) as usize);
-    let n_settings = run.settings.len();
     for (i, (setting, curve)) in run.settings.iter().zip(curves).enumerate() {
         let frame = layout.frame(i, row);
         let is_first = i % layout.n_columns == 0;
-        let own = Axis::around(curve.iter().flat_map(values), 4);
+        let own = Axis::around(curve.iter().flat_map(values), 6);
         let y = if quantity.is_shared { &shared } else { &own };
         let x_numbers = row == 2;
         let panel =
@@ -172,14 +171,14 @@ fn draw_row(
             write_upwards(area, quantity.unit, (27.0, middle), SMALL)?;
         }
         let n = format!("n = {}", setting.instances.len());
-        let at = (frame.x + 6.0, frame.y + 11.0);
-        write(area, &n, at, &font(SMALL, INK, HPos::Left))?;
+        let at = (frame.right(), frame.y - 10.0);
+        write(area, &n, at, &font(SMALL, INK, HPos::Right))?;
         if row == 0 {
             draw_title(area, layout, &setting.name, frame)?;
         }
-        if row == 2 && (i % layout.n_columns == layout.n_columns / 2 || i + 1 == n_settings) {
+        if row == 2 {
             let at = (frame.x + frame.width / 2.0, frame.bottom() + BELOW + 12.0);
-            write(area, "updates", at, &font(SMALL, INK, HPos::Center))?;
+            write(area, x.updates_label(), at, &font(SMALL, INK, HPos::Center))?;
         }
     }
     Ok(())
