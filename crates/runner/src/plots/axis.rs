@@ -52,6 +52,7 @@ impl Axis {
 
     /// Has exactly this range.
     pub(super) fn new(range: Range<f64>, n_ticks: usize) -> Self {
+        let n_ticks = n_ticks.max(2);
         let ticks = RangedCoordf64::from(range.clone()).key_points(BoldPoints(n_ticks));
         let largest = ticks.iter().map(|tick| tick.abs()).fold(0.0, f64::max);
         let power = if largest > 0.0 { largest.log10().floor() as i32 } else { 0 };
@@ -64,13 +65,11 @@ impl Axis {
         Self { range, n_ticks, exponent, decimals }
     }
 
-    /// From 0 to a number of updates, in thousands where they are many.
-    pub(super) fn updates(n: usize, n_ticks: usize) -> Self {
-        let thousands = n >= 10_000;
-        let mut axis = Self::new(0.0..n as f64, n_ticks);
-        axis.exponent = if thousands { 3 } else { 0 };
-        axis.decimals = 0;
-        axis
+    /// From 0 to a number of updates, in thousands where they are many, on an axis of so many px.
+    pub(super) fn updates(n: usize, width: f64) -> Self {
+        let (exponent, px_of_a_number) = if n >= 10_000 { (3, 34.0) } else { (0, 52.0) };
+        let n_ticks = (width / px_of_a_number) as usize;
+        Self { exponent, decimals: 0, ..Self::new(0.0..n as f64, n_ticks) }
     }
 
     /// What the numbers of [`Axis::updates`] are.
@@ -165,14 +164,13 @@ mod tests {
 
     #[test]
     fn ticks_are_read_without_counting_zeros() {
-        let axis = Axis::new(-0.004..0.0082, 4);
+        let axis = Axis::new(-0.0041..0.0082, 8);
         assert_eq!(axis.multiplier().as_deref(), Some("1e−3"));
-        assert!(ticks(&axis).contains(&"−2".to_owned()) || ticks(&axis).contains(&"−4".to_owned()));
-        assert!(ticks(&axis).contains(&"0".to_owned()), "{:?}", ticks(&axis));
+        assert_eq!(ticks(&axis), ["−4", "−2", "0", "2", "4", "6", "8"]);
         let axis = Axis::new(0.0..0.25, 3);
         assert_eq!(axis.multiplier(), None);
         assert!(ticks(&axis).contains(&"0.1".to_owned()), "{:?}", ticks(&axis));
-        assert!(ticks(&Axis::updates(30_000, 4)).contains(&"20".to_owned()));
+        assert!(ticks(&Axis::updates(30_000, 160.0)).contains(&"20".to_owned()));
         assert_eq!(Axis::new(0.0..2e7, 2).multiplier().as_deref(), Some("1e6"));
     }
 

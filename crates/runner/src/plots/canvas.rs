@@ -5,7 +5,7 @@
 //! numbers, so it's given a grid that is finer than px. Text stays text; the font that it's measured
 //! and rasterised with is part of the program, so that the bytes are the same on every machine.
 
-use std::sync::Arc;
+use std::sync::{Arc, Once};
 
 use plotters::backend::SVGBackend;
 use plotters::{
@@ -30,10 +30,19 @@ const GRID: f64 = 4.0;
 /// Sizes of text.
 pub(super) const SMALL: f64 = 13.0;
 pub(super) const NORMAL: f64 = 15.0;
+const INDEX: f64 = 11.0;
 
 /// Metrics as Arial's and Helvetica's, which stand in for it where it isn't installed.
 const FAMILY: &str = "Liberation Sans, Arial, Helvetica, sans-serif";
 const FONT: &[u8] = include_bytes!("../../fonts/LiberationSans-Regular.ttf");
+
+/// The font of all text, which plotters knows from the first time on.
+fn family() -> FontFamily<'static> {
+    static REGISTERED: Once = Once::new();
+    // A font that can't be read is an error as soon as something is written in it.
+    REGISTERED.call_once(|| drop(register_font(FAMILY, FontStyle::Normal, FONT)));
+    FontFamily::Name(FAMILY)
+}
 
 /// `plotters` divides sizes of text by it.
 const PLOTTERS_SIZE: f64 = 1.24;
@@ -84,9 +93,6 @@ pub(super) fn paint(
     caption: String,
     draw: impl FnOnce(&Area<'_>) -> Result<(), Error>,
 ) -> Result<Drawing, Error> {
-    // It may be registered already: that's the same.
-    register_font(FAMILY, FontStyle::Normal, FONT)
-        .map_err(|_| Error::Drawing("the font can't be read".into()))?;
     let size = [PAGE, height.round()];
     let [grid_width, grid_height] = size.map(|px| grid(px).unsigned_abs());
     let mut svg = String::new();
@@ -137,7 +143,7 @@ pub(super) fn stroke(color: impl Color, width: f64) -> ShapeStyle {
 
 /// Text of a size, with its middle or the middle of an end at the point where it's drawn.
 pub(super) fn font(size: f64, color: RGBColor, h_pos: HPos) -> TextStyle<'static> {
-    let font = (FontFamily::Name(FAMILY), size * GRID * PLOTTERS_SIZE).into_font();
+    let font = (family(), size * GRID * PLOTTERS_SIZE).into_font();
     font.color(&color).pos(Pos::new(h_pos, VPos::Center))
 }
 
@@ -152,15 +158,22 @@ pub(super) fn write(
     Ok(())
 }
 
-/// Writes a line of text from bottom to top, its middle at (x, y).
-pub(super) fn write_upwards(
+/// Names the y axis of a frame, from bottom to top: `R_Loc` with what follows the `_` as an index,
+/// and the unit beside it.
+pub(super) fn write_y_label(
     area: &Area<'_>,
-    text: &str,
-    at: (f64, f64),
-    size: f64,
+    frame: Rect,
+    symbol: &str,
+    unit: &str,
 ) -> Result<(), Error> {
-    let style = font(size, INK, HPos::Center).transform(FontTransform::Rotate270);
-    write(area, text, at, &style)
+    let upwards = |size, h_pos| font(size, INK, h_pos).transform(FontTransform::Rotate270);
+    let middle = frame.y + frame.height / 2.0;
+    let (base, index) = symbol.split_once('_').unwrap_or((symbol, ""));
+    let sizes = [width(base, NORMAL), width(index, INDEX)];
+    let begin = middle + (sizes[0] + sizes[1]) / 2.0;
+    write(area, base, (11.0, begin), &upwards(NORMAL, HPos::Left))?;
+    write(area, index, (15.0, begin - sizes[0]), &upwards(INDEX, HPos::Left))?;
+    write(area, unit, (30.0, middle), &upwards(SMALL, HPos::Center))
 }
 
 /// A line through points in px.
@@ -183,7 +196,8 @@ pub(super) fn fill(
 
 /// About how wide a text is, in px; rather more than less.
 pub(super) fn width(text: &str, size: f64) -> f64 {
-    let font = (FontFamily::Name(FAMILY), size * GRID * PLOTTERS_SIZE).into_font();
+    // Where it measures, plotters takes the size for the height of a line, which is 1.12 em.
+    let font = (family(), size * GRID * 1.15).into_font();
     font.box_size(text).map_or(0.0, |(width, _)| f64::from(width) / GRID)
 }
 

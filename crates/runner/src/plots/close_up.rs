@@ -10,7 +10,7 @@ use super::{
     axis::{Axis, BELOW, LEFT, Panel},
     canvas::{
         Area, BLUE, GREEN, GREY, INK, NORMAL, PAGE, PURPLE, Rect, SMALL, VERMILLION, font, line,
-        notes_height, paint, setting_line, stroke, write, write_notes, write_upwards,
+        notes_height, paint, setting_line, stroke, write, write_notes, write_y_label,
     },
     curves::{window_for, window_means},
     outcome::choice,
@@ -36,7 +36,7 @@ const FRAME_HEIGHT: f64 = 280.0;
 const TITLE: f64 = 46.0;
 const LEGEND_LINE: f64 = 18.0;
 const MARGIN: f64 = 36.0;
-const GAP: f64 = 18.0;
+const GAP: f64 = 30.0;
 
 /// A highlighted instance.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -59,7 +59,7 @@ fn draw(run: &Run, options: &Options) -> Result<Drawing, Error> {
     let n_columns = settings.len().min(2);
     let n_bands = settings.len().div_ceil(n_columns) as f64;
     let width = (PAGE - MARGIN - LEFT - 16.0 - GAP * (n_columns as f64 - 1.0)) / n_columns as f64;
-    let x = Axis::updates(run.longest(), (width / 60.0) as usize);
+    let x = Axis::updates(run.longest(), width);
     let band = TITLE + FRAME_HEIGHT + BELOW + 30.0 + 4.0 * LEGEND_LINE + 10.0;
     let notes = [note(run, w)];
     let caption = format!("{} {}", FIGURE.caption, notes.join(" "));
@@ -174,9 +174,7 @@ fn draw_panel(
     let label = font(SMALL, INK, HPos::Center);
     write(area, panel.x.updates_label(), (middle, below + 10.0), &label)?;
     if panel.y_numbers {
-        let middle = frame.y + frame.height / 2.0;
-        write_upwards(area, "R_Loc", (10.0, middle), NORMAL)?;
-        write_upwards(area, "m per control step", (28.0, middle), SMALL)?;
+        write_y_label(area, frame, "R_Loc", "m per control step")?;
     }
     for (i, it) in highlights.iter().enumerate() {
         let y = below + 34.0 + i as f64 * LEGEND_LINE;

@@ -10,8 +10,8 @@ use super::{
     Drawing, Error, Figure, Options, Run, Setting,
     axis::{Axis, LEFT, Panel},
     canvas::{
-        Area, BLUE, GREY, INK, NORMAL, PAGE, Rect, SMALL, VERMILLION, fill, font, grid, line,
-        notes_height, paint, setting_lines, stroke, write, write_notes, write_upwards,
+        Area, BLUE, FAINT, INK, NORMAL, PAGE, Rect, SMALL, VERMILLION, fill, font, grid, line,
+        notes_height, paint, setting_lines, stroke, wrap, write, write_notes, write_y_label,
     },
     statistics::Interval,
     tables::{self, improvement_of, iqm, share},
@@ -31,48 +31,74 @@ pub(super) const FIGURE: Figure = Figure {
 const MARGIN: f64 = 36.0;
 const TOP: f64 = 26.0;
 const FRAME_HEIGHT: f64 = 300.0;
+const MATRIX: &str =
+    "Probability that an instance of the row has a higher R_Loc than one of the column";
 const LINE: f64 = 17.0;
-/// A cell of the matrix.
-const MOST_CELL: f64 = 64.0;
+/// Settings with which the matrix has its place beside the dots.
+const BESIDE: usize = 5;
+/// Room for a setting's name beside the matrix.
+const NAME: f64 = 130.0;
+
+/// Where things are.
+struct Layout {
+    dots: Rect,
+    /// Of the matrix's cells; none with one setting.
+    matrix: Option<Rect>,
+    cell: f64,
+    bottom: f64,
+}
 
 fn draw(run: &Run, _: &Options) -> Result<Drawing, Error> {
-    let n = run.settings.len() as f64;
-    let width = (PAGE - MARGIN - LEFT - 14.0).min(n * 150.0);
-    let slot = width / n;
-    let dots = Rect { x: MARGIN + LEFT, y: TOP, width, height: FRAME_HEIGHT };
-    let most_lines = |most: f64| {
-        let lines = |setting: &Setting| setting_lines(&setting.name, SMALL, most).len();
-        run.settings.iter().map(lines).max().unwrap_or(1) as f64
-    };
-    let below_dots = (most_lines(slot - 6.0) + 3.0) * LINE + 14.0;
-    let cell = ((PAGE - 190.0) / n).min(MOST_CELL);
-    let has_matrix = run.settings.len() > 1;
-    let matrix_top = dots.bottom() + below_dots + 44.0 + most_lines(cell - 4.0) * LINE;
-    let matrix = Rect { x: 180.0, y: matrix_top, width: n * cell, height: n * cell };
-    let bottom =
-        if has_matrix { matrix.bottom() + 22.0 } else { dots.bottom() + below_dots + 10.0 };
+    let layout = Layout::of(run);
     let notes = [note(run)];
     let caption = format!("{} {}", FIGURE.caption, notes.join(" "));
-    paint(&FIGURE, bottom + notes_height(&notes) + 6.0, caption, |area| {
-        draw_dots(area, run, dots)?;
-        if has_matrix {
-            let title = "Probability that an instance of the row has a higher R_Loc than one of \
-                         the column";
-            let at = (10.0, dots.bottom() + below_dots + 14.0);
-            write(area, title, at, &font(NORMAL, INK, HPos::Left))?;
-            draw_matrix(area, run, matrix, cell)?;
+    paint(&FIGURE, layout.bottom + notes_height(&notes) + 6.0, caption, |area| {
+        draw_dots(area, run, layout.dots)?;
+        if let Some(matrix) = layout.matrix {
+            draw_matrix(area, run, matrix, layout.cell)?;
         }
-        write_notes(area, bottom, &notes)
+        write_notes(area, layout.bottom, &notes)
     })
+}
+
+impl Layout {
+    fn of(run: &Run) -> Self {
+        let n = run.settings.len();
+        let is_beside = n <= BESIDE;
+        let available = PAGE - MARGIN - LEFT - 14.0;
+        let slot = if is_beside { (440.0 / n as f64).min(130.0) } else { available / n as f64 };
+        let dots = Rect { x: MARGIN + LEFT, y: TOP, width: n as f64 * slot, height: FRAME_HEIGHT };
+        let most_lines = |most: f64| {
+            let lines = |setting: &Setting| setting_lines(&setting.name, SMALL, most).len();
+            run.settings.iter().map(lines).max().unwrap_or(1) as f64
+        };
+        let below_dots =
+            dots.bottom() + (most_lines(slot - 6.0) + FACTS.len() as f64) * LINE + 30.0;
+        let [left, right] = match is_beside {
+            true => [dots.right() + 24.0, PAGE - 10.0],
+            false => [10.0, PAGE - 10.0],
+        };
+        let cell = ((right - left - NAME) / n as f64).min(68.0);
+        let names = most_lines(cell - 4.0) * LINE + 10.0;
+        let matrix = Rect {
+            x: left + NAME,
+            y: if is_beside { TOP + 44.0 + names } else { below_dots + 36.0 + names },
+            width: n as f64 * cell,
+            height: n as f64 * cell,
+        };
+        let matrix = (n > 1).then_some(matrix);
+        let bottom = below_dots.max(matrix.map_or(0.0, |it| it.bottom() + 24.0));
+        Self { dots, matrix, cell, bottom }
+    }
 }
 
 fn note(run: &Run) -> String {
     format!(
         "R_Loc is the mean over an instance's last {} updates. Bar: interquartile mean with its \
-         95 % interval (percentile bootstrap over the setting's instances). No progress: the last \
-         window gained less than a tenth of the run's largest gain, or not significantly (Welch's \
-         t-test, 5 %). Collapsed: less than half of the gain of the best window was left.",
-        run.window
+         95 % interval (percentile bootstrap). No progress: the gain over the first {} updates is \
+         less than a tenth of the run's largest, or not significant (Welch's t-test, 5 %). \
+         Collapsed: the best window showed progress, and the last kept less than half of its gain.",
+        run.window, run.window
     )
 }
 
@@ -88,10 +114,9 @@ fn draw_dots(area: &Area<'_>, run: &Run, frame: Rect) -> Result<(), Error> {
     panel.draw(area, |chart| {
         for (i, setting) in run.settings.iter().enumerate() {
             let values = setting.last();
-            let offsets = offsets(&values, &y, frame.height);
+            let offsets = offsets(&values, &y, frame.height, 0.33 * slot);
             for ((instance, value), offset) in setting.instances.iter().zip(&values).zip(offsets) {
-                let px = (offset - 0.14 * slot).clamp(-0.46 * slot, 0.3 * slot);
-                let at = (i as f64 + 0.5 + px / slot, *value);
+                let at = (i as f64 + 0.36 + offset / slot, *value);
                 let style = match instance.outcome.is_behind {
                     true => stroke(BLUE.mix(0.8), 1.2),
                     false => BLUE.mix(0.55).filled(),
@@ -105,35 +130,36 @@ fn draw_dots(area: &Area<'_>, run: &Run, frame: Rect) -> Result<(), Error> {
         let part = (value - y.range.start) / (y.range.end - y.range.start);
         frame.bottom() - part * frame.height
     };
-    for (i, (setting, (iqm, interval))) in run.settings.iter().zip(&iqms).enumerate() {
+    for (i, (iqm, interval)) in iqms.iter().enumerate() {
         let middle = frame.x + (i as f64 + 0.5) * slot;
-        draw_interval(area, middle + 0.3 * slot, py(*iqm), [py(interval.low), py(interval.high)])?;
-        draw_names(area, setting, middle, frame.bottom() + 16.0, slot)?;
+        draw_interval(area, middle + 0.33 * slot, py(*iqm), [py(interval.low), py(interval.high)])?;
     }
-    write_upwards(area, "R_Loc", (10.0, frame.y + frame.height / 2.0), NORMAL)?;
-    write_upwards(area, "m per control step", (28.0, frame.y + frame.height / 2.0), SMALL)
+    draw_names(area, run, frame)?;
+    write_y_label(area, frame, "R_Loc", "m per control step")
 }
 
-/// How far to move dots sideways so that they don't cover each other, in px.
-fn offsets(values: &[f64], y: &Axis, height: f64) -> Vec<f64> {
-    let apart = 7.0;
+/// How far to move dots sideways so that they don't cover each other, in px; closer where there are
+/// too many for `most` px at either side.
+fn offsets(values: &[f64], y: &Axis, height: f64, most: f64) -> Vec<f64> {
+    const APART: f64 = 7.0;
     let py = |value: f64| value / (y.range.end - y.range.start) * height;
     let mut placed: Vec<(f64, f64)> = Vec::new();
     for &value in values {
-        let tries = (0..).map(|k: i32| {
-            let side = if k % 2 == 0 { 1.0 } else { -1.0 };
-            side * f64::from((k + 1) / 2) * apart / 2.0
+        // 0, 1, -1, 2, -2, ... half distances.
+        let tries = (0..=4 * values.len()).map(|k| {
+            let side = if k % 2 == 0 { -1.0 } else { 1.0 };
+            side * k.div_ceil(2) as f64 * APART / 2.0
         });
         let is_free = |x: &f64| {
-            placed.iter().all(|(px, other)| {
-                let (dx, dy) = (px - x, py(value) - py(*other));
-                dx * dx + dy * dy >= apart * apart
-            })
+            let far = |(px, other): &(f64, f64)| (px - x).hypot(py(value) - py(*other)) >= APART;
+            placed.iter().all(far)
         };
-        let x = tries.take(4 * values.len() + 4).find(is_free).unwrap_or(0.0);
+        let x = tries.into_iter().find(is_free).unwrap_or(0.0);
         placed.push((x, value));
     }
-    placed.into_iter().map(|(x, _)| x).collect()
+    let widest = placed.iter().map(|(x, _)| x.abs()).fold(0.0, f64::max);
+    let scale = if widest > most { most / widest } else { 1.0 };
+    placed.into_iter().map(|(x, _)| scale * x).collect()
 }
 
 fn draw_interval(area: &Area<'_>, x: f64, iqm: f64, ends: [f64; 2]) -> Result<(), Error> {
@@ -145,51 +171,68 @@ fn draw_interval(area: &Area<'_>, x: f64, iqm: f64, ends: [f64; 2]) -> Result<()
     line(area, &[(x - 9.0, iqm), (x + 9.0, iqm)], stroke(VERMILLION, 3.5))
 }
 
-fn draw_names(
-    area: &Area<'_>,
-    setting: &Setting,
-    middle: f64,
-    mut y: f64,
-    slot: f64,
-) -> Result<(), Error> {
-    for text in setting_lines(&setting.name, SMALL, slot - 6.0) {
-        write(area, &text, (middle, y), &font(SMALL, INK, HPos::Center))?;
-        y += LINE;
+/// A number of a setting, below its name.
+type Fact = (&'static str, fn(&Setting) -> String);
+
+const FACTS: [Fact; 3] = [
+    ("instances", |setting| setting.instances.len().to_string()),
+    ("no progress", |it| percent(share(it, |it| it.outcome.progressed.map(|it| !it)))),
+    ("collapsed", |it| percent(share(it, |it| it.outcome.collapsed))),
+];
+
+fn percent(share: f64) -> String {
+    if share.is_nan() { "?".into() } else { format!("{:.0} %", 100.0 * share) }
+}
+
+/// Names of settings with their facts, below the dots.
+fn draw_names(area: &Area<'_>, run: &Run, frame: Rect) -> Result<(), Error> {
+    let slot = frame.width / run.settings.len() as f64;
+    let names: Vec<_> =
+        run.settings.iter().map(|it| setting_lines(&it.name, SMALL, slot - 6.0)).collect();
+    let n_lines = names.iter().map(Vec::len).max().unwrap_or(1);
+    let y = |line: usize| frame.bottom() + 16.0 + line as f64 * LINE;
+    for (i, (setting, lines)) in run.settings.iter().zip(&names).enumerate() {
+        let middle = frame.x + (i as f64 + 0.5) * slot;
+        let facts: Vec<_> = FACTS.iter().map(|(_, of)| of(setting)).collect();
+        for (k, text) in lines.iter().enumerate() {
+            write(area, text, (middle, y(k)), &font(SMALL, INK, HPos::Center))?;
+        }
+        for (k, text) in facts.iter().enumerate() {
+            write(area, text, (middle, y(n_lines + k)), &font(SMALL, INK, HPos::Center))?;
+        }
     }
-    let share = |what: &str, share: f64| match share.is_nan() {
-        true => format!("{what} ?"),
-        false => format!("{what} {:.0} %", 100.0 * share),
-    };
-    let stuck = self::share(setting, |it| it.outcome.progressed.map(|it| !it));
-    let collapsed = self::share(setting, |it| it.outcome.collapsed);
-    let facts = [
-        format!("n = {}", setting.instances.len()),
-        share(if slot < 110.0 { "stuck" } else { "no progress" }, stuck),
-        share(if slot < 110.0 { "coll." } else { "collapsed" }, collapsed),
-    ];
-    for text in facts {
-        write(area, &text, (middle, y), &font(SMALL, GREY, HPos::Center))?;
-        y += LINE;
+    for (k, (what, _)) in FACTS.iter().enumerate() {
+        write(area, what, (frame.x - 10.0, y(n_lines + k)), &font(SMALL, INK, HPos::Right))?;
     }
     Ok(())
 }
 
 fn draw_matrix(area: &Area<'_>, run: &Run, frame: Rect, cell: f64) -> Result<(), Error> {
-    for (i, row) in run.settings.iter().enumerate() {
+    let names: Vec<_> =
+        run.settings.iter().map(|it| setting_lines(&it.name, SMALL, cell - 4.0)).collect();
+    let n_lines = names.iter().map(Vec::len).max().unwrap_or(1) as f64;
+    let left = frame.x - NAME;
+    let title = wrap(MATRIX, NORMAL, PAGE - left - 10.0);
+    for (i, text) in title.iter().rev().enumerate() {
+        let y = frame.y - 24.0 - n_lines * LINE - i as f64 * 19.0;
+        write(area, text, (left, y), &font(NORMAL, INK, HPos::Left))?;
+    }
+    for (i, (row, lines)) in run.settings.iter().zip(&names).enumerate() {
         let y = frame.y + (i as f64 + 0.5) * cell;
-        let lines = setting_lines(&row.name, SMALL, frame.x - 20.0);
-        for (k, text) in lines.iter().enumerate() {
-            let at = (frame.x - 8.0, y + (k as f64 - (lines.len() as f64 - 1.0) / 2.0) * LINE);
+        let name = setting_lines(&row.name, SMALL, NAME - 14.0);
+        for (k, text) in name.iter().enumerate() {
+            let at = (frame.x - 8.0, y + (k as f64 - (name.len() as f64 - 1.0) / 2.0) * LINE);
             write(area, text, at, &font(SMALL, INK, HPos::Right))?;
         }
         let x = frame.x + (i as f64 + 0.5) * cell;
-        for (k, text) in setting_lines(&row.name, SMALL, cell - 4.0).iter().rev().enumerate() {
+        for (k, text) in lines.iter().rev().enumerate() {
             let at = (x, frame.y - 10.0 - k as f64 * LINE);
             write(area, text, at, &font(SMALL, INK, HPos::Center))?;
         }
-        for (j, column) in run.settings.iter().enumerate().filter(|(j, _)| *j != i) {
+        for (j, column) in run.settings.iter().enumerate() {
             let corner = (frame.x + j as f64 * cell, frame.y + i as f64 * cell);
-            draw_cell(area, corner, cell, improvement_of(row, column))?;
+            let value = (i != j).then(|| improvement_of(row, column));
+            draw_cell(area, corner, cell, value)?;
         }
     }
     Ok(())
@@ -199,10 +242,11 @@ fn draw_cell(
     area: &Area<'_>,
     (x, y): (f64, f64),
     cell: f64,
-    (probability, interval): (f64, Interval),
+    value: Option<(f64, Interval)>,
 ) -> Result<(), Error> {
     let (right, bottom) = (x + cell - 1.0, y + cell - 1.0);
     let corners = [(x, y), (right, y), (right, bottom), (x, bottom)];
+    let Some((probability, interval)) = value else { return fill(area, &corners, FAINT) };
     fill(area, &corners, shade(probability))?;
     let strength = (probability - 0.5).abs();
     let ink = if strength > 0.4 { RGBColor(255, 255, 255) } else { INK };
@@ -224,4 +268,25 @@ fn shade(probability: f64) -> RGBColor {
     let strength = (2.0 * (probability - 0.5).abs()).clamp(0.0, 1.0);
     let mix = |channel: u8| (255.0 - strength * (255.0 - f64::from(channel))).round() as u8;
     RGBColor(mix(r), mix(g), mix(b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dots_lie_beside_each_other() {
+        let y = Axis::new(0.0..1.0, 2);
+        let apart = offsets(&[0.5, 0.5, 0.5, 0.9], &y, 100.0, 50.0);
+        assert_eq!(apart, [0.0, 7.0, -7.0, 0.0]);
+        let many = offsets(&[0.5; 30], &y, 100.0, 20.0);
+        assert!(many.iter().all(|x| x.abs() <= 20.0));
+        assert!(many.iter().any(|x| *x == 20.0));
+    }
+
+    #[test]
+    fn an_even_chance_is_white() {
+        assert_eq!(shade(0.5), RGBColor(255, 255, 255));
+        assert_eq!([shade(1.0), shade(0.0)], [BLUE, VERMILLION]);
+    }
 }

@@ -10,7 +10,7 @@ use super::{
     axis::{Axis, BELOW, Chart, LEFT, Panel},
     canvas::{
         Area, BLUE, GREEN, INK, NORMAL, PAGE, Rect, SMALL, VERMILLION, fill, font, line,
-        notes_height, paint, setting_lines, stroke, width, write, write_notes, write_upwards,
+        notes_height, paint, setting_lines, stroke, width, write, write_notes, write_y_label,
     },
     curves::{Spread, spreads, window_for},
 };
@@ -25,8 +25,10 @@ pub(super) const FIGURE: Figure = Figure {
     tables: |_| Vec::new(),
 };
 
-/// Points of a curve, which are about as many as px of a panel.
+/// Points of a curve, which are about as many as px of a panel, and of those of all settings
+/// together, so that a file stays small.
 const POINTS: usize = 150;
+const ALL_POINTS: usize = 1100;
 /// Columns beside each other.
 const COLUMNS: usize = 5;
 const ROW: f64 = 128.0;
@@ -76,7 +78,7 @@ struct Layout {
 }
 
 fn draw(run: &Run, _: &Options) -> Result<Drawing, Error> {
-    let w = window_for(run.longest(), POINTS);
+    let w = window_for(run.longest(), POINTS.min(ALL_POINTS / run.settings.len()).max(30));
     let curves: Vec<Vec<_>> = QUANTITIES
         .iter()
         .map(|quantity| {
@@ -88,7 +90,7 @@ fn draw(run: &Run, _: &Options) -> Result<Drawing, Error> {
     let layout = Layout::of(run);
     let notes = [note(w)];
     let n_bands = run.settings.len().div_ceil(layout.n_columns) as f64;
-    let height = n_bands * layout.band() + 26.0 + notes_height(&notes) + 12.0;
+    let height = n_bands * layout.band() + 26.0 + notes_height(&notes) + 18.0;
     let caption = format!("{} {}", FIGURE.caption, notes.join(" "));
     paint(&FIGURE, height, caption, |area| {
         for (quantity, (row, curves)) in QUANTITIES.iter().zip(curves.iter().enumerate()) {
@@ -155,7 +157,7 @@ fn draw_row(
         [low, median, high, spread.mean]
     };
     let shared = Axis::around(curves.iter().flatten().flat_map(values), 6);
-    let x = Axis::updates(run.longest(), (layout.frame_width / 60.0) as usize);
+    let x = Axis::updates(run.longest(), layout.frame_width);
     for (i, (setting, curve)) in run.settings.iter().zip(curves).enumerate() {
         let frame = layout.frame(i, row);
         let is_first = i % layout.n_columns == 0;
@@ -166,9 +168,7 @@ fn draw_row(
             Panel { frame, x: &x, y, x_numbers, y_numbers: is_first || !quantity.is_shared };
         panel.draw(area, |chart| draw_spreads(chart, curve, quantity.color))?;
         if is_first {
-            let middle = frame.y + ROW / 2.0;
-            write_upwards(area, quantity.label, (10.0, middle), NORMAL)?;
-            write_upwards(area, quantity.unit, (27.0, middle), SMALL)?;
+            write_y_label(area, frame, quantity.label, quantity.unit)?;
         }
         let n = format!("n = {}", setting.instances.len());
         let at = (frame.right(), frame.y - 10.0);

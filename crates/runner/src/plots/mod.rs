@@ -176,3 +176,93 @@ impl<E: std::error::Error + Send + Sync> From<plotters::drawing::DrawingAreaErro
         Self::Drawing(error.to_string())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use example::run_of;
+
+    /// Made-up curves that differ and have up to `n` updates.
+    fn made_up(n_settings: usize, n_instances: usize, n: usize) -> Run {
+        let curve = |i: usize, j: usize| -> Vec<f64> {
+            let n = if j % 3 == 2 { n.div_ceil(2) } else { n };
+            (0..n).map(|t| ((1 + i + j) * (1 + t) % 97) as f64 * 1e-3).collect()
+        };
+        let names: Vec<_> = (0..n_settings).map(|i| format!("xi={i},key=<{i}&\">")).collect();
+        let settings: Vec<_> = names
+            .iter()
+            .enumerate()
+            .map(|(i, name)| (name.as_str(), (0..n_instances).map(|j| curve(i, j)).collect()))
+            .collect();
+        let mut run = run_of(&settings);
+        for instance in run.settings.iter_mut().flat_map(|setting| &mut setting.instances) {
+            instance.contacts = Some(Contacts {
+                feet: vec!["left <foot>".into(), "right foot".into()],
+                seconds_per_step: 0.1,
+                touching: (0..500).map(|i| i * i % 7 < 3).collect(),
+            });
+        }
+        run
+    }
+
+    /// The contract of every figure: any number of settings, instances and updates gives a small
+    /// SVG of the size that it says, the same one each time.
+    #[test]
+    fn every_figure_draws_any_run() {
+        for (n_settings, n_instances, n) in [(1, 1, 1), (1, 2, 2), (7, 3, 40), (12, 30, 500)] {
+            let run = made_up(n_settings, n_instances, n);
+            for figure in &FIGURES {
+                let what = format!("{} of {n_settings} x {n_instances} x {n}", figure.name);
+                let drawing = draw(&run, figure, &Options::default()).unwrap();
+                let document = resvg::usvg::roxmltree::Document::parse(&drawing.svg).expect(&what);
+                let root = document.root_element();
+                let size = ["width", "height"].map(|it| root.attribute(it).unwrap().to_owned());
+                assert_eq!(
+                    size,
+                    [drawing.width, drawing.height].map(|it| it.to_string()),
+                    "{what}"
+                );
+                let texts = root.descendants().filter(|node| node.is_text());
+                let texts: Vec<_> = texts.filter_map(|node| node.text()).map(str::trim).collect();
+                assert!(!texts.contains(&"NaN") && !texts.contains(&"inf"), "{what}");
+                assert!(drawing.svg.len() < 300_000, "{what}: {} bytes", drawing.svg.len());
+                assert!(drawing.caption.starts_with(figure.caption), "{what}");
+                assert_eq!(draw(&run, figure, &Options::default()).unwrap(), drawing, "{what}");
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_of_any_size_are_drawn() {
+        for value in [0.0, 1e100, -1e100, 1e-300, f64::MIN_POSITIVE] {
+            let mut run = made_up(2, 2, 30);
+            for instance in run.settings.iter_mut().flat_map(|setting| &mut setting.instances) {
+                instance.locomotion_m.fill(value);
+                instance.information_nats[7] = value;
+                instance.reward[7] = -value;
+            }
+            Outcome::judge(&mut run);
+            for figure in &FIGURES {
+                let drawing = draw(&run, figure, &Options::default()).unwrap();
+                assert!(!drawing.svg.contains("NaN"), "{} of {value}", figure.name);
+            }
+            assert!(tables(&run).iter().flat_map(|it| &it.rows).flatten().all(|it| it != "NaN"));
+        }
+    }
+
+    #[test]
+    fn the_document_has_every_figure_and_column() {
+        let document = include_str!("../../../../docs/figures.md");
+        for figure in &FIGURES {
+            assert!(document.contains(&format!("\n## `{}`", figure.name)), "{}", figure.name);
+            assert!(!figure.title.is_empty() && figure.caption.ends_with('.'), "{}", figure.name);
+        }
+        for table in tables(&made_up(2, 2, 20)) {
+            assert!(document.contains(&format!("`{}.csv`", table.name)), "{}", table.name);
+            for column in &table.header {
+                assert!(document.contains(&format!("| `{column}` |")), "{column}");
+            }
+            assert!(table.rows.iter().all(|row| row.len() == table.header.len()));
+        }
+    }
+}

@@ -11,7 +11,7 @@ use super::{
     axis::{Axis, BELOW, LEFT, Panel},
     canvas::{
         Area, INK, NORMAL, PAGE, Rect, SMALL, font, grid, notes_height, paint, setting_lines,
-        stroke, write, write_notes, write_upwards,
+        stroke, write, write_notes, write_y_label,
     },
     curves::sliding_means,
     tables,
@@ -27,9 +27,11 @@ pub(super) const FIGURE: Figure = Figure {
     tables: |run| vec![tables::correlation(run)],
 };
 
-/// The window is this part of the longest instance, and moves by a quarter of itself.
+/// The window is this part of the longest instance.
 const WINDOWS: usize = 20;
-const STEPS: usize = 4;
+/// Points of a curve, and of all curves together: so many that a file stays small.
+const POINTS: usize = 80;
+const ALL_POINTS: usize = 20_000;
 
 const COLUMNS: usize = 5;
 const TITLE_LINE: f64 = 18.0;
@@ -48,8 +50,9 @@ const VIRIDIS: [RGBColor; 6] = [
 
 fn draw(run: &Run, _: &Options) -> Result<Drawing, Error> {
     let w = (run.longest() / WINDOWS).max(1);
+    let step = run.longest().div_ceil(POINTS.min(ALL_POINTS / run.instances().count()).max(10));
     let curve = |instance: &Instance| -> Vec<(f64, f64)> {
-        let column = |values: &[f64]| sliding_means(values, w, w.div_ceil(STEPS));
+        let column = |values: &[f64]| sliding_means(values, w, step);
         let pairs =
             column(&instance.locomotion_m).into_iter().zip(column(&instance.information_nats));
         pairs.map(|([_, x], [_, y])| (x, y)).collect()
@@ -63,7 +66,7 @@ fn draw(run: &Run, _: &Options) -> Result<Drawing, Error> {
     let width = (PAGE - MARGIN - LEFT - 14.0 + GAP) / n_columns as f64 - GAP;
     let width = width.min(430.0);
     let height = (width * 1.1).min(330.0);
-    let x = Axis::around(points().map(|&(x, _)| x), (width / 40.0) as usize);
+    let x = Axis::around(points().map(|&(x, _)| x), (width / 32.0) as usize);
     let y = Axis::around(points().map(|&(_, y)| y), 7);
     let lines = |setting: &Setting| setting_lines(&setting.name, NORMAL, width).len();
     let title = run.settings.iter().map(lines).max().unwrap_or(1) as f64 * TITLE_LINE + 28.0;
@@ -88,6 +91,13 @@ fn draw(run: &Run, _: &Options) -> Result<Drawing, Error> {
     })
 }
 
+/// `4,500,000`
+fn grouped(n: usize) -> String {
+    let digits = n.to_string();
+    let groups = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy);
+    groups.collect::<Vec<_>>().join(",")
+}
+
 /// `r = 0.789`
 fn correlation(settings: &[Setting]) -> String {
     match tables::correlation_of(settings) {
@@ -99,8 +109,9 @@ fn correlation(settings: &[Setting]) -> String {
 fn note(run: &Run, w: usize) -> String {
     let n: usize = run.instances().map(Instance::updates).sum();
     format!(
-        "Over all {n} updates of all instances Pearson's {}. Curves are means over a sliding \
-         window of {w} {}, one for each instance; the dot is its end.",
+        "Over all {} updates of all instances Pearson's {}. Curves are means over a sliding \
+         window of {w} {}, one for each instance, in a colour of its own; the dot is its end.",
+        grouped(n),
         correlation(&run.settings),
         if w == 1 { "update" } else { "updates" }
     )
@@ -139,9 +150,17 @@ fn draw_panel(
     let below = (middle, frame.bottom() + BELOW + 10.0);
     write(area, &label, below, &font(SMALL, INK, HPos::Center))?;
     if panel.y_numbers {
-        let middle = frame.y + frame.height / 2.0;
-        write_upwards(area, "R_MI", (10.0, middle), NORMAL)?;
-        write_upwards(area, "nats per variable", (28.0, middle), SMALL)?;
+        write_y_label(area, frame, "R_MI", "nats per variable")?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn large_numbers_are_grouped() {
+        assert_eq!([7, 999, 1000, 4_500_000].map(grouped), ["7", "999", "1,000", "4,500,000"]);
+    }
 }

@@ -185,3 +185,72 @@ pub(super) fn correlation(run: &Run) -> Table {
     let rows = each.chain([row("all", &run.settings)]).collect();
     Table { name: "correlation", header, rows }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plots::example::run_of;
+
+    /// Twenty updates: a first window of 2 at `first`, the rest at `last`.
+    fn curve(first: f64, last: f64) -> Vec<f64> {
+        [vec![first; 2], vec![last; 18]].concat()
+    }
+
+    fn column<'a>(table: &'a Table, name: &str) -> Vec<&'a str> {
+        let index = table.header.iter().position(|column| *column == name).unwrap();
+        table.rows.iter().map(|row| row[index].as_str()).collect()
+    }
+
+    /// Last windows 1, 2, 3 and 10 of one setting, 2 of the other.
+    fn run() -> Run {
+        let some = [1.0, 2.0, 3.0, 10.0].map(|last| curve(0.0, last));
+        run_of(&[("a", some.into()), ("b,c=\"d\"", vec![curve(0.0, 2.0)])])
+    }
+
+    #[test]
+    fn settings_have_the_papers_findings_as_numbers() {
+        let table = settings(&run());
+        assert_eq!(column(&table, "R_Loc_maximum_m"), ["10.0", "2.0"]);
+        assert_eq!(column(&table, "R_Loc_mean_m"), ["4.0", "2.0"]);
+        assert_eq!(column(&table, "R_Loc_median_m"), ["2.5", "2.0"]);
+        // Without the 1 and the 10.
+        assert_eq!(column(&table, "R_Loc_IQM_m"), ["2.5", "2.0"]);
+        assert_eq!(column(&table, "R_Loc_IQM_low_m")[1], "2.0");
+        assert_eq!(column(&table, "window_updates"), ["2", "2"]);
+        // The largest gain is 10, so that a gain of 1 just counts.
+        assert_eq!(column(&table, "share_without_significant_progress"), ["0.0", "0.0"]);
+        assert_eq!(column(&table, "share_collapsed"), ["0.0", "0.0"]);
+    }
+
+    #[test]
+    fn improvement_is_of_one_setting_over_another() {
+        let table = improvement(&run());
+        assert_eq!(column(&table, "setting"), ["a", "b,c=\"d\""]);
+        // Of 1, 2, 3 and 10 two are larger than 2 and one is as large.
+        assert_eq!(column(&table, "probability"), ["0.625", "0.375"]);
+    }
+
+    /// R_MI is half of R_Loc in these runs.
+    #[test]
+    fn correlation_is_over_all_updates() {
+        let table = correlation(&run());
+        assert_eq!(column(&table, "setting"), ["a", "b,c=\"d\"", "all"]);
+        assert_eq!(column(&table, "updates"), ["80", "20", "100"]);
+        let r: Vec<f64> =
+            column(&table, "pearson_R_Loc_R_MI").iter().map(|it| it.parse().unwrap()).collect();
+        assert!(r.iter().all(|r| (r - 1.0).abs() < 1e-12), "{r:?}");
+        let constant = correlation(&run_of(&[("a", vec![vec![1.0; 5]])]));
+        assert_eq!(column(&constant, "pearson_R_Loc_R_MI"), ["", ""]);
+    }
+
+    #[test]
+    fn what_cannot_be_told_is_empty_and_csv_is_quoted() {
+        let mut short = run();
+        short.settings.push(run_of(&[("e", vec![vec![1.0]])]).settings.remove(0));
+        let csv = String::from_utf8(instances(&short).csv()).unwrap();
+        let lines: Vec<_> = csv.lines().collect();
+        assert_eq!(lines[1], "a,1,20,0.0,1.0,1.0,true,false");
+        assert_eq!(lines[5], "\"b,c=\"\"d\"\"\",1,20,0.0,2.0,2.0,true,false");
+        assert_eq!(lines[6], "e,1,1,1.0,1.0,1.0,,");
+    }
+}
