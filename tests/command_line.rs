@@ -13,12 +13,13 @@ use std::{
 use common::*;
 use tempfile::TempDir;
 
-const COMMANDS: [&[&str]; 11] = [
+const COMMANDS: [&[&str]; 12] = [
     &["train"],
     &["resume"],
     &["cell"],
     &["status"],
     &["summary"],
+    &["plot"],
     &["config"],
     &["rollout"],
     &["model", "check"],
