@@ -126,7 +126,7 @@ fn write_metrics(
         false => (0.09 * (1.0 - 3.0 * (xi - 0.75).powi(2)) - 0.03 * uniform(random)).max(0.002),
     };
     let middle = (0.15 + 0.5 * uniform(random) + 0.3 * (0.75 - xi).abs()) * n_updates as f64;
-    let drop = (xi > 0.9 && uniform(random) < 0.4).then(|| 0.8 * n_updates as f64);
+    let drop = (xi > 0.9 && uniform(random) < 0.4).then_some(0.8 * n_updates as f64);
     for update in 1..=n_updates {
         let t = update as f64;
         let learned = 1.0 / (1.0 + (-(t - middle) / (0.06 * n_updates as f64)).exp());

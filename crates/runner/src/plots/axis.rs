@@ -44,8 +44,8 @@ impl Axis {
             (low.min(value), high.max(value))
         });
         let (low, high) = if low <= high { (low, high) } else { (0.0, 0.0) };
-        // Equal values still need an axis, and ticks need to be different numbers.
-        let smallest = (low.abs().max(high.abs()) * 1e-6).max(1e-12);
+        // Equal values need an axis too, one with short numbers.
+        let smallest = (low.abs().max(high.abs()) * 0.02).max(1e-12);
         let room = ((high - low) * 0.05).max(smallest);
         Self::new(low - room..high + room, n_ticks)
     }
@@ -65,9 +65,14 @@ impl Axis {
         Self { range, n_ticks, exponent, decimals }
     }
 
+    /// Without ticks.
+    pub(super) fn bare(range: Range<f64>) -> Self {
+        Self { range, n_ticks: 0, exponent: 0, decimals: 0 }
+    }
+
     /// From 0 to a number of updates, in thousands where they are many, on an axis of so many px.
     pub(super) fn updates(n: usize, width: f64) -> Self {
-        let (exponent, px_of_a_number) = if n >= 10_000 { (3, 34.0) } else { (0, 52.0) };
+        let (exponent, px_of_a_number) = if n >= 10_000 { (3, 26.0) } else { (0, 52.0) };
         let n_ticks = (width / px_of_a_number) as usize;
         Self { exponent, decimals: 0, ..Self::new(0.0..n as f64, n_ticks) }
     }

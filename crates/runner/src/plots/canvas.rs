@@ -194,10 +194,16 @@ pub(super) fn fill(
     Ok(())
 }
 
-/// About how wide a text is, in px; rather more than less.
-pub(super) fn width(text: &str, size: f64) -> f64 {
+/// The width that text needs, in px, whatever stands in for the font: where neither Arial nor
+/// Helvetica is installed that's often DejaVu Sans, which is 1.17 times as wide.
+pub(super) fn room(text: &str, size: f64) -> f64 {
+    1.17 * width(text, size)
+}
+
+/// How wide a text is in the font, in px.
+fn width(text: &str, size: f64) -> f64 {
     // Where it measures, plotters takes the size for the height of a line, which is 1.12 em.
-    let font = (family(), size * GRID * 1.15).into_font();
+    let font = (family(), size * GRID * 1.12).into_font();
     font.box_size(text).map_or(0.0, |(width, _)| f64::from(width) / GRID)
 }
 
@@ -205,7 +211,7 @@ pub(super) fn width(text: &str, size: f64) -> f64 {
 pub(super) fn wrap(text: &str, size: f64, most: f64) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in text.split_inclusive([' ', '-', '+']) {
-        let fits = |line: &str| width(line.trim_end(), size) <= most;
+        let fits = |line: &str| room(line.trim_end(), size) <= most;
         let mut line = lines.pop().unwrap_or_default();
         if !line.is_empty() && !fits(&format!("{line}{word}")) {
             lines.push(std::mem::take(&mut line));
@@ -305,7 +311,7 @@ mod tests {
         let long = "codec = sensor_bits-2-actuator_bits-2";
         assert_eq!(wrap("xi = 1", SMALL, 200.0), ["xi = 1"]);
         let lines = wrap(long, SMALL, 120.0);
-        assert!(lines.len() > 1 && lines.iter().all(|line| width(line, SMALL) <= 120.0));
+        assert!(lines.len() > 1 && lines.iter().all(|line| room(line, SMALL) <= 120.0));
         assert_eq!(lines.concat().replace(' ', ""), long.replace(' ', ""));
         // A letter a line at the least, whatever the width.
         assert_eq!(wrap("abc", SMALL, 0.0), ["a", "b", "c"]);

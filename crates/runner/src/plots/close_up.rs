@@ -10,7 +10,7 @@ use super::{
     axis::{Axis, BELOW, LEFT, Panel},
     canvas::{
         Area, BLUE, GREEN, GREY, INK, NORMAL, PAGE, PURPLE, Rect, SMALL, VERMILLION, font, line,
-        notes_height, paint, setting_line, stroke, write, write_notes, write_y_label,
+        notes_height, paint, setting_line, stroke, wrap, write, write_notes, write_y_label,
     },
     curves::{window_for, window_means},
     outcome::choice,
@@ -29,11 +29,11 @@ pub(super) const FIGURE: Figure = Figure {
 };
 
 /// Points of a curve, and of all curves together: so many that a file stays small.
-const POINTS: usize = 300;
+const POINTS: usize = 200;
 const ALL_POINTS: usize = 24_000;
 
 const FRAME_HEIGHT: f64 = 280.0;
-const TITLE: f64 = 46.0;
+const TITLE_LINE: f64 = 18.0;
 const LEGEND_LINE: f64 = 18.0;
 const MARGIN: f64 = 36.0;
 const GAP: f64 = 30.0;
@@ -60,7 +60,9 @@ fn draw(run: &Run, options: &Options) -> Result<Drawing, Error> {
     let n_bands = settings.len().div_ceil(n_columns) as f64;
     let width = (PAGE - MARGIN - LEFT - 16.0 - GAP * (n_columns as f64 - 1.0)) / n_columns as f64;
     let x = Axis::updates(run.longest(), width);
-    let band = TITLE + FRAME_HEIGHT + BELOW + 30.0 + 4.0 * LEGEND_LINE + 10.0;
+    let lines = |setting: &&Setting| wrap(&setting_line(&setting.name), NORMAL, width).len();
+    let title = settings.iter().map(lines).max().unwrap_or(1) as f64 * TITLE_LINE + 28.0;
+    let band = title + FRAME_HEIGHT + BELOW + 30.0 + 4.0 * LEGEND_LINE + 10.0;
     let notes = [note(run, w)];
     let caption = format!("{} {}", FIGURE.caption, notes.join(" "));
     paint(&FIGURE, n_bands * band + notes_height(&notes) + 14.0, caption, |area| {
@@ -68,7 +70,7 @@ fn draw(run: &Run, options: &Options) -> Result<Drawing, Error> {
             let (row, column) = (i / n_columns, i % n_columns);
             let frame = Rect {
                 x: MARGIN + LEFT + column as f64 * (width + GAP),
-                y: row as f64 * band + TITLE,
+                y: row as f64 * band + title,
                 width,
                 height: FRAME_HEIGHT,
             };
@@ -166,8 +168,11 @@ fn draw_panel(
     })?;
     let frame = panel.frame;
     let middle = frame.x + frame.width / 2.0;
-    let title = setting_line(&setting.name);
-    write(area, &title, (middle, frame.y - 28.0), &font(NORMAL, INK, HPos::Center))?;
+    let title = wrap(&setting_line(&setting.name), NORMAL, frame.width);
+    for (i, text) in title.iter().rev().enumerate() {
+        let at = (middle, frame.y - 30.0 - i as f64 * TITLE_LINE);
+        write(area, text, at, &font(NORMAL, INK, HPos::Center))?;
+    }
     let n = format!("n = {}", setting.instances.len());
     write(area, &n, (frame.right(), frame.y - 10.0), &font(SMALL, INK, HPos::Right))?;
     let below = frame.bottom() + BELOW;

@@ -7,6 +7,7 @@ use super::{Instance, Outcome, Run, Setting};
 /// Settings with a curve of R_Loc for each instance. R is its square, R_MI its half.
 pub(super) fn run_of(settings: &[(&str, Vec<Vec<f64>>)]) -> Run {
     let instance = |(i, curve): (usize, &Vec<f64>)| Instance {
+        cell: format!("seed={}", i + 1),
         seed: i as u64 + 1,
         folder: PathBuf::new(),
         reward: curve.iter().map(|value| value * value).collect(),

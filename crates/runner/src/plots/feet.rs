@@ -8,8 +8,8 @@ use super::{
     axis::Axis,
     best_and_median,
     canvas::{
-        Area, GREY, INK, NORMAL, PAGE, Rect, SMALL, fill, font, line, notes_height, paint,
-        setting_lines, stroke, write, write_notes,
+        Area, GREY, INK, PAGE, Rect, SMALL, fill, font, line, notes_height, paint, setting_lines,
+        stroke, write, write_notes,
     },
 };
 
@@ -30,6 +30,7 @@ const DARK: RGBColor = RGBColor(38, 48, 66);
 const LIGHT: RGBColor = RGBColor(250, 224, 130);
 
 const NAME: f64 = 116.0;
+const NAME_LINE: f64 = 17.0;
 const NUMBERS: f64 = 24.0;
 const FOOT: f64 = 15.0;
 const ABOVE: f64 = 24.0;
@@ -56,14 +57,15 @@ fn draw(run: &Run, options: &Options) -> Result<Drawing, Error> {
     };
     let n_feet = shown.iter().map(|it| it.feet.len()).max().unwrap_or(1);
     let frame_height = n_feet as f64 * FOOT;
-    let row_height = ABOVE + frame_height + BELOW;
+    let names = run.settings.iter().map(|it| name_lines(it).len()).max().unwrap_or(1);
+    let row_height = ABOVE + frame_height.max(names as f64 * NAME_LINE) + BELOW;
     let bottom = rows.len() as f64 * row_height;
     let notes = notes(run, &shown);
     let caption = format!("{} {}", FIGURE.caption, notes.join(" "));
     paint(&FIGURE, bottom + TIME + notes_height(&notes) + 6.0, caption, |area| {
         for (i, (setting, rasters)) in rows.iter().enumerate() {
             let y = i as f64 * row_height + ABOVE;
-            draw_name(area, setting, y + frame_height / 2.0)?;
+            draw_name(area, setting, y + (row_height - ABOVE - BELOW) / 2.0)?;
             for (column, raster) in rasters.iter().enumerate() {
                 let frame = Rect { y, height: frame_height, ..column_frame(column) };
                 draw_raster(area, frame, raster, seconds)?;
@@ -136,12 +138,16 @@ fn column_frame(column: usize) -> Rect {
     Rect { x, y: 0.0, width, height: 0.0 }
 }
 
+fn name_lines(setting: &Setting) -> Vec<String> {
+    setting_lines(&setting.name, SMALL, NAME - 10.0)
+}
+
 fn draw_name(area: &Area<'_>, setting: &Setting, middle: f64) -> Result<(), Error> {
-    let lines = setting_lines(&setting.name, NORMAL, NAME - 10.0);
-    let top = middle - (lines.len() as f64 - 1.0) * 9.0;
+    let lines = name_lines(setting);
+    let top = middle - (lines.len() as f64 - 1.0) * NAME_LINE / 2.0;
     for (i, text) in lines.iter().enumerate() {
-        let at = (10.0, top + i as f64 * 18.0);
-        write(area, text, at, &font(NORMAL, INK, HPos::Left))?;
+        let at = (10.0, top + i as f64 * NAME_LINE);
+        write(area, text, at, &font(SMALL, INK, HPos::Left))?;
     }
     Ok(())
 }

@@ -11,7 +11,8 @@ use super::{
     axis::{Axis, LEFT, Panel},
     canvas::{
         Area, BLUE, FAINT, INK, NORMAL, PAGE, Rect, SMALL, VERMILLION, fill, font, grid, line,
-        notes_height, paint, setting_lines, stroke, wrap, write, write_notes, write_y_label,
+        notes_height, paint, setting_line, setting_lines, stroke, wrap, write, write_notes,
+        write_y_label,
     },
     statistics::Interval,
     tables::{self, improvement_of, iqm, share},
@@ -28,7 +29,7 @@ pub(super) const FIGURE: Figure = Figure {
     tables: |run| vec![tables::instances(run), tables::settings(run), tables::improvement(run)],
 };
 
-const MARGIN: f64 = 36.0;
+const MARGIN: f64 = 48.0;
 const TOP: f64 = 26.0;
 const FRAME_HEIGHT: f64 = 300.0;
 const MATRIX: &str =
@@ -36,8 +37,9 @@ const MATRIX: &str =
 const LINE: f64 = 17.0;
 /// Settings with which the matrix has its place beside the dots.
 const BESIDE: usize = 5;
-/// Room for a setting's name beside the matrix.
-const NAME: f64 = 130.0;
+/// Lines that a setting's name may have above a column, before letters stand for settings.
+const LINES: usize = 3;
+const LETTERS: &[u8] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZ";
 
 /// Where things are.
 struct Layout {
@@ -45,7 +47,18 @@ struct Layout {
     /// Of the matrix's cells; none with one setting.
     matrix: Option<Rect>,
     cell: f64,
+    /// Room for names beside the matrix.
+    names: f64,
+    /// What stands for each setting where there's little room.
+    labels: Labels,
     bottom: f64,
+}
+
+/// Lines of text for each setting.
+struct Labels {
+    below_dots: Vec<Vec<String>>,
+    above_matrix: Vec<Vec<String>>,
+    beside_matrix: Vec<Vec<String>>,
 }
 
 fn draw(run: &Run, _: &Options) -> Result<Drawing, Error> {
@@ -53,9 +66,9 @@ fn draw(run: &Run, _: &Options) -> Result<Drawing, Error> {
     let notes = [note(run)];
     let caption = format!("{} {}", FIGURE.caption, notes.join(" "));
     paint(&FIGURE, layout.bottom + notes_height(&notes) + 6.0, caption, |area| {
-        draw_dots(area, run, layout.dots)?;
+        draw_dots(area, run, &layout)?;
         if let Some(matrix) = layout.matrix {
-            draw_matrix(area, run, matrix, layout.cell)?;
+            draw_matrix(area, run, matrix, &layout)?;
         }
         write_notes(area, layout.bottom, &notes)
     })
@@ -64,31 +77,66 @@ fn draw(run: &Run, _: &Options) -> Result<Drawing, Error> {
 impl Layout {
     fn of(run: &Run) -> Self {
         let n = run.settings.len();
-        let is_beside = n <= BESIDE;
+        let beside = Self::with(run, n <= BESIDE, false);
+        let fits = |lines: &Vec<String>| lines.len() <= LINES;
+        let labels = &beside.labels;
+        match labels.below_dots.iter().chain(&labels.above_matrix).all(fits) || n == 1 {
+            true => beside,
+            false => Self::with(run, false, true),
+        }
+    }
+
+    fn with(run: &Run, is_beside: bool, has_letters: bool) -> Self {
+        let n = run.settings.len();
         let available = PAGE - MARGIN - LEFT - 14.0;
-        let slot = if is_beside { (440.0 / n as f64).min(130.0) } else { available / n as f64 };
+        let slot = if is_beside { (430.0 / n as f64).min(130.0) } else { available / n as f64 };
         let dots = Rect { x: MARGIN + LEFT, y: TOP, width: n as f64 * slot, height: FRAME_HEIGHT };
-        let most_lines = |most: f64| {
-            let lines = |setting: &Setting| setting_lines(&setting.name, SMALL, most).len();
-            run.settings.iter().map(lines).max().unwrap_or(1) as f64
-        };
+        let left = if is_beside { dots.right() + 16.0 } else { 10.0 };
+        let names = if has_letters { 300.0 } else { 120.0 };
+        let cell = ((PAGE - 10.0 - left - names) / n as f64).min(66.0);
+        let labels = Labels::of(run, [slot, cell, names], has_letters);
+        let most = |of: &[Vec<String>]| of.iter().map(Vec::len).max().unwrap_or(1) as f64 * LINE;
         let below_dots =
-            dots.bottom() + (most_lines(slot - 6.0) + FACTS.len() as f64) * LINE + 30.0;
-        let [left, right] = match is_beside {
-            true => [dots.right() + 24.0, PAGE - 10.0],
-            false => [10.0, PAGE - 10.0],
-        };
-        let cell = ((right - left - NAME) / n as f64).min(68.0);
-        let names = most_lines(cell - 4.0) * LINE + 10.0;
-        let matrix = Rect {
-            x: left + NAME,
-            y: if is_beside { TOP + 44.0 + names } else { below_dots + 36.0 + names },
+            dots.bottom() + most(&labels.below_dots) + FACTS.len() as f64 * LINE + 30.0;
+        let above = most(&labels.above_matrix) + 10.0;
+        let matrix = (n > 1).then_some(Rect {
+            x: left + names,
+            y: if is_beside { TOP + 36.0 + above } else { below_dots + 36.0 + above },
             width: n as f64 * cell,
             height: n as f64 * cell,
-        };
-        let matrix = (n > 1).then_some(matrix);
+        });
         let bottom = below_dots.max(matrix.map_or(0.0, |it| it.bottom() + 24.0));
-        Self { dots, matrix, cell, bottom }
+        Self { dots, matrix, cell, names, labels, bottom }
+    }
+}
+
+impl Labels {
+    fn of(run: &Run, [slot, cell, names]: [f64; 3], has_letters: bool) -> Self {
+        let lines = |most: f64| -> Vec<Vec<String>> {
+            run.settings.iter().map(|it| setting_lines(&it.name, SMALL, most)).collect()
+        };
+        if !has_letters {
+            return Self {
+                below_dots: lines(slot - 4.0),
+                above_matrix: lines(cell - 2.0),
+                beside_matrix: lines(names - 14.0),
+            };
+        }
+        let letters: Vec<_> = (0..run.settings.len()).map(letter).collect();
+        let named = run.settings.iter().zip(&letters).map(|(setting, letter)| {
+            wrap(&format!("{} ({letter})", setting_line(&setting.name)), SMALL, names - 14.0)
+        });
+        let alone: Vec<_> = letters.iter().map(|letter| vec![letter.clone()]).collect();
+        Self { beside_matrix: named.collect(), below_dots: alone.clone(), above_matrix: alone }
+    }
+}
+
+/// A, B, ... Z, A1, B1, ...
+fn letter(i: usize) -> String {
+    let letter = char::from(LETTERS[i % LETTERS.len()]);
+    match i / LETTERS.len() {
+        0 => letter.to_string(),
+        round => format!("{letter}{round}"),
     }
 }
 
@@ -102,13 +150,14 @@ fn note(run: &Run) -> String {
     )
 }
 
-fn draw_dots(area: &Area<'_>, run: &Run, frame: Rect) -> Result<(), Error> {
+fn draw_dots(area: &Area<'_>, run: &Run, layout: &Layout) -> Result<(), Error> {
+    let frame = layout.dots;
     let n = run.settings.len();
     let iqms: Vec<_> = run.settings.iter().map(iqm).collect();
     let ends = iqms.iter().flat_map(|(iqm, interval)| [*iqm, interval.low, interval.high]);
     let y = Axis::around(run.settings.iter().flat_map(Setting::last).chain(ends), 8);
     // No numbers below: the settings' names are there.
-    let x = Axis::new(0.0..n as f64, 1);
+    let x = Axis::bare(0.0..n as f64);
     let panel = Panel { frame, x: &x, y: &y, x_numbers: false, y_numbers: true };
     let slot = frame.width / n as f64;
     panel.draw(area, |chart| {
@@ -134,7 +183,7 @@ fn draw_dots(area: &Area<'_>, run: &Run, frame: Rect) -> Result<(), Error> {
         let middle = frame.x + (i as f64 + 0.5) * slot;
         draw_interval(area, middle + 0.33 * slot, py(*iqm), [py(interval.low), py(interval.high)])?;
     }
-    draw_names(area, run, frame)?;
+    draw_facts(area, run, frame, &layout.labels.below_dots)?;
     write_y_label(area, frame, "R_Loc", "m per control step")
 }
 
@@ -185,13 +234,11 @@ fn percent(share: f64) -> String {
 }
 
 /// Names of settings with their facts, below the dots.
-fn draw_names(area: &Area<'_>, run: &Run, frame: Rect) -> Result<(), Error> {
+fn draw_facts(area: &Area<'_>, run: &Run, frame: Rect, names: &[Vec<String>]) -> Result<(), Error> {
     let slot = frame.width / run.settings.len() as f64;
-    let names: Vec<_> =
-        run.settings.iter().map(|it| setting_lines(&it.name, SMALL, slot - 6.0)).collect();
     let n_lines = names.iter().map(Vec::len).max().unwrap_or(1);
     let y = |line: usize| frame.bottom() + 16.0 + line as f64 * LINE;
-    for (i, (setting, lines)) in run.settings.iter().zip(&names).enumerate() {
+    for (i, (setting, lines)) in run.settings.iter().zip(names).enumerate() {
         let middle = frame.x + (i as f64 + 0.5) * slot;
         let facts: Vec<_> = FACTS.iter().map(|(_, of)| of(setting)).collect();
         for (k, text) in lines.iter().enumerate() {
@@ -207,19 +254,18 @@ fn draw_names(area: &Area<'_>, run: &Run, frame: Rect) -> Result<(), Error> {
     Ok(())
 }
 
-fn draw_matrix(area: &Area<'_>, run: &Run, frame: Rect, cell: f64) -> Result<(), Error> {
-    let names: Vec<_> =
-        run.settings.iter().map(|it| setting_lines(&it.name, SMALL, cell - 4.0)).collect();
-    let n_lines = names.iter().map(Vec::len).max().unwrap_or(1) as f64;
-    let left = frame.x - NAME;
+fn draw_matrix(area: &Area<'_>, run: &Run, frame: Rect, layout: &Layout) -> Result<(), Error> {
+    let Layout { cell, labels, .. } = layout;
+    let n_lines = labels.above_matrix.iter().map(Vec::len).max().unwrap_or(1) as f64;
+    let left = frame.x - layout.names;
     let title = wrap(MATRIX, NORMAL, PAGE - left - 10.0);
     for (i, text) in title.iter().rev().enumerate() {
         let y = frame.y - 24.0 - n_lines * LINE - i as f64 * 19.0;
         write(area, text, (left, y), &font(NORMAL, INK, HPos::Left))?;
     }
-    for (i, (row, lines)) in run.settings.iter().zip(&names).enumerate() {
+    let names = labels.beside_matrix.iter().zip(&labels.above_matrix);
+    for (i, (name, lines)) in names.enumerate() {
         let y = frame.y + (i as f64 + 0.5) * cell;
-        let name = setting_lines(&row.name, SMALL, NAME - 14.0);
         for (k, text) in name.iter().enumerate() {
             let at = (frame.x - 8.0, y + (k as f64 - (name.len() as f64 - 1.0) / 2.0) * LINE);
             write(area, text, at, &font(SMALL, INK, HPos::Right))?;
@@ -229,10 +275,10 @@ fn draw_matrix(area: &Area<'_>, run: &Run, frame: Rect, cell: f64) -> Result<(),
             let at = (x, frame.y - 10.0 - k as f64 * LINE);
             write(area, text, at, &font(SMALL, INK, HPos::Center))?;
         }
-        for (j, column) in run.settings.iter().enumerate() {
+        for j in 0..run.settings.len() {
             let corner = (frame.x + j as f64 * cell, frame.y + i as f64 * cell);
-            let value = (i != j).then(|| improvement_of(row, column));
-            draw_cell(area, corner, cell, value)?;
+            let value = (i != j).then(|| improvement_of(&run.settings, i, j));
+            draw_cell(area, corner, *cell, value)?;
         }
     }
     Ok(())
@@ -251,12 +297,13 @@ fn draw_cell(
     let strength = (probability - 0.5).abs();
     let ink = if strength > 0.4 { RGBColor(255, 255, 255) } else { INK };
     let middle = (x + cell / 2.0, y + cell / 2.0);
-    let has_room = cell > 56.0;
+    let has_room = cell > 52.0;
     let up = if has_room { 7.0 } else { 0.0 };
     let text = format!("{probability:.2}");
     write(area, &text, (middle.0, middle.1 - up), &font(NORMAL, ink, HPos::Center))?;
     if has_room {
-        let text = format!("{:.2}–{:.2}", interval.low, interval.high);
+        // Without its zeros it has a place in a cell.
+        let text = format!("{:.2}–{:.2}", interval.low, interval.high).replace("0.", ".");
         write(area, &text, (middle.0, middle.1 + 11.0), &font(12.0, ink, HPos::Center))?;
     }
     Ok(())
@@ -281,7 +328,7 @@ mod tests {
         assert_eq!(apart, [0.0, 7.0, -7.0, 0.0]);
         let many = offsets(&[0.5; 30], &y, 100.0, 20.0);
         assert!(many.iter().all(|x| x.abs() <= 20.0));
-        assert!(many.iter().any(|x| *x == 20.0));
+        assert!(many.contains(&20.0));
     }
 
     #[test]

@@ -10,7 +10,7 @@ use super::{
     axis::{Axis, BELOW, Chart, LEFT, Panel},
     canvas::{
         Area, BLUE, GREEN, INK, NORMAL, PAGE, Rect, SMALL, VERMILLION, fill, font, line,
-        notes_height, paint, setting_lines, stroke, width, write, write_notes, write_y_label,
+        notes_height, paint, room, setting_lines, stroke, write, write_notes, write_y_label,
     },
     curves::{Spread, spreads, window_for},
 };
@@ -118,10 +118,9 @@ impl Layout {
         let n = run.settings.len();
         let n_columns = n.div_ceil(n.div_ceil(COLUMNS));
         let available = PAGE - MARGIN - 12.0;
-        // One or two settings needn't be as wide as the page.
-        let frame_width = (available / n_columns as f64 - LEFT - 4.0).min(420.0);
+        let frame_width = available / n_columns as f64 - LEFT - 4.0;
         let lines =
-            |setting: &Setting| setting_lines(&setting.name, NORMAL, frame_width + 30.0).len();
+            |setting: &Setting| setting_lines(&setting.name, NORMAL, frame_width + 40.0).len();
         let title_lines = run.settings.iter().map(lines).max().unwrap_or(1);
         Self { n_columns, frame_width, title_lines }
     }
@@ -185,7 +184,7 @@ fn draw_row(
 }
 
 fn draw_title(area: &Area<'_>, layout: &Layout, name: &str, frame: Rect) -> Result<(), Error> {
-    let lines = setting_lines(name, NORMAL, layout.frame_width + 30.0);
+    let lines = setting_lines(name, NORMAL, layout.frame_width + 40.0);
     for (i, text) in lines.iter().rev().enumerate() {
         let at = (frame.x + frame.width / 2.0, frame.y - 28.0 - i as f64 * TITLE_LINE);
         write(area, text, at, &font(NORMAL, INK, HPos::Center))?;
@@ -223,7 +222,7 @@ fn draw_legend(area: &Area<'_>, y: f64) -> Result<(), Error> {
             }
         }
         write(area, text, (x + 36.0, y), &font(SMALL, INK, HPos::Left))?;
-        x += 36.0 + width(text, SMALL) + 24.0;
+        x += 36.0 + room(text, SMALL) + 20.0;
     }
     Ok(())
 }

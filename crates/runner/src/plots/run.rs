@@ -3,6 +3,7 @@
 //! Only recorded files are read, and nothing is written. What can't be read is left out and named.
 
 use std::{
+    collections::BTreeSet,
     iter,
     num::NonZero,
     path::{Path, PathBuf},
@@ -11,7 +12,7 @@ use std::{
 };
 
 use super::{Contacts, Error, Outcome, choice};
-use crate::store::{self, CellFolder, Recording, Row};
+use crate::store::{self, Cell, CellFolder, Recording, Row};
 
 /// Beyond it a number isn't one that learning gives, and its square has no place in an f64.
 const LARGEST: f64 = 1e100;
@@ -40,6 +41,8 @@ pub struct Setting {
 /// One training instance. Its columns have one value an update, at least one.
 #[derive(Clone, Debug)]
 pub struct Instance {
+    /// As it's called, `xi=0.75/seed=3`.
+    pub cell: String,
     /// Its seed.
     pub seed: u64,
     /// The cell's folder.
@@ -128,20 +131,13 @@ impl Run {
     fn read_contacts(&mut self, omitted: &mut Vec<Omitted>) {
         for setting in &mut self.settings {
             let chosen = choice(&setting.instances);
-            for index in [Some(chosen.best), chosen.second, Some(chosen.median)] {
-                let Some(instance) = index.and_then(|it| setting.instances.get_mut(it)) else {
-                    continue;
-                };
-                if instance.contacts.is_some() {
-                    continue;
-                }
-                let path = CellFolder::new(&instance.folder).replay();
-                match Recording::read(&path) {
+            let indices = [Some(chosen.best), chosen.second, Some(chosen.median)];
+            for index in indices.into_iter().flatten().collect::<BTreeSet<_>>() {
+                let instance = &mut setting.instances[index];
+                match Recording::read(&CellFolder::new(&instance.folder).replay()) {
                     Ok(recording) => instance.contacts = recording.map(|it| Contacts::of(&it)),
-                    Err(error) => omitted.push(Omitted {
-                        cell: format!("{}/seed={}", setting.name, instance.seed),
-                        reason: error.to_string(),
-                    }),
+                    Err(error) => omitted
+                        .push(Omitted { cell: instance.cell.clone(), reason: error.to_string() }),
                 }
             }
         }
@@ -164,7 +160,7 @@ impl Instance {
     }
 
     /// None if there's no update yet.
-    fn read(folder: &CellFolder, seed: u64) -> Result<Option<Self>, store::Error> {
+    fn read(folder: &CellFolder, cell: &Cell) -> Result<Option<Self>, store::Error> {
         let path = folder.metrics();
         let rows = store::read_all(&path)?;
         if let Some(what) = rows.iter().enumerate().find_map(|(i, row)| wrong(i, row)) {
@@ -172,7 +168,8 @@ impl Instance {
         }
         let column = |of: fn(&Row) -> f64| rows.iter().map(of).collect();
         Ok((!rows.is_empty()).then(|| Self {
-            seed,
+            cell: cell.folder(),
+            seed: cell.seed,
             folder: folder.path().into(),
             reward: column(|row| row.reward),
             information_nats: column(|row| row.information_nats),
@@ -190,7 +187,8 @@ fn wrong(i: usize, row: &Row) -> Option<String> {
     }
     let values =
         [("R", row.reward), ("R_MI_nats", row.information_nats), ("R_Loc", row.locomotion_m)];
-    let (name, value) = values.into_iter().find(|(_, value)| !(value.abs() <= LARGEST))?;
+    let (name, value) =
+        values.into_iter().find(|(_, value)| value.is_nan() || value.abs() > LARGEST)?;
     Some(format!("line {}: {name} must be within -1e100 to 1e100, got {value}", i + 2))
 }
 
@@ -208,7 +206,7 @@ fn read_all(
             iter::from_fn(|| cells.iter().enumerate().nth(next.fetch_add(1, Ordering::Relaxed)));
         cells
             .map(|(i, cell)| {
-                let read = Instance::read(&run.cell(cell), cell.seed);
+                let read = Instance::read(&run.cell(cell), cell);
                 progress(done.fetch_add(1, Ordering::Relaxed) + 1, n_cells);
                 (i, read)
             })

@@ -64,7 +64,7 @@ fn draw(run: &Run, _: &Options) -> Result<Drawing, Error> {
     let n = run.settings.len();
     let n_columns = n.div_ceil(n.div_ceil(COLUMNS));
     let width = (PAGE - MARGIN - LEFT - 14.0 + GAP) / n_columns as f64 - GAP;
-    let width = width.min(430.0);
+    let width = width.min(640.0);
     let height = (width * 1.1).min(330.0);
     let x = Axis::around(points().map(|&(x, _)| x), (width / 32.0) as usize);
     let y = Axis::around(points().map(|&(_, y)| y), 7);

@@ -137,10 +137,14 @@ pub(super) fn iqm(setting: &Setting) -> (f64, Interval) {
     (interquartile_mean(&values), interval)
 }
 
-/// The probability that an instance of the first setting has a higher last window than one of the
-/// second.
-pub(super) fn improvement_of(first: &Setting, second: &Setting) -> (f64, Interval) {
-    let [x, y] = [first.last(), second.last()];
+/// The probability that an instance of setting `i` has a higher last window than one of setting `j`.
+pub(super) fn improvement_of(settings: &[Setting], i: usize, j: usize) -> (f64, Interval) {
+    if i > j {
+        // So that the two directions agree: other random numbers would give another interval.
+        let (probability, Interval { low, high }) = improvement_of(settings, j, i);
+        return (1.0 - probability, Interval { low: 1.0 - high, high: 1.0 - low });
+    }
+    let [x, y] = [i, j].map(|it| settings[it].last());
     let interval = bootstrap(&[&x, &y], IMPROVEMENT_REPLICATES, |drawn| {
         probability_of_improvement(&drawn[0], &drawn[1])
     });
@@ -154,7 +158,7 @@ pub(super) fn improvement(run: &Run) -> Table {
         .flat_map(|i| (0..settings.len()).map(move |j| (i, j)))
         .filter(|(i, j)| i != j);
     let row = |(i, j): (usize, usize)| {
-        let (probability, interval) = improvement_of(&settings[i], &settings[j]);
+        let (probability, interval) = improvement_of(settings, i, j);
         let names = [&settings[i], &settings[j]].map(|it| it.name.clone());
         let numbers = [probability, interval.low, interval.high].map(number);
         names.into_iter().chain(numbers).collect()
@@ -228,6 +232,9 @@ mod tests {
         assert_eq!(column(&table, "setting"), ["a", "b,c=\"d\""]);
         // Of 1, 2, 3 and 10 two are larger than 2 and one is as large.
         assert_eq!(column(&table, "probability"), ["0.625", "0.375"]);
+        let ends = ["low", "high"].map(|name| column(&table, name));
+        let end = |i: usize, j: usize| ends[i][j].parse::<f64>().unwrap();
+        assert_eq!([end(0, 1), end(1, 1)], [1.0 - end(1, 0), 1.0 - end(0, 0)]);
     }
 
     /// R_MI is half of R_Loc in these runs.
