@@ -35,7 +35,7 @@ const ALL_POINTS: usize = 24_000;
 const FRAME_HEIGHT: f64 = 280.0;
 const TITLE_LINE: f64 = 18.0;
 const LEGEND_LINE: f64 = 18.0;
-const MARGIN: f64 = 36.0;
+const MARGIN: f64 = 44.0;
 const GAP: f64 = 30.0;
 
 /// A highlighted instance.

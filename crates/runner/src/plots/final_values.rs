@@ -93,7 +93,7 @@ impl Layout {
         let dots = Rect { x: MARGIN + LEFT, y: TOP, width: n as f64 * slot, height: FRAME_HEIGHT };
         let left = if is_beside { dots.right() + 16.0 } else { 10.0 };
         let names = if has_letters { 300.0 } else { 120.0 };
-        let cell = ((PAGE - 10.0 - left - names) / n as f64).min(66.0);
+        let cell = ((PAGE - 10.0 - left - names) / n as f64).min(80.0);
         let labels = Labels::of(run, [slot, cell, names], has_letters);
         let most = |of: &[Vec<String>]| of.iter().map(Vec::len).max().unwrap_or(1) as f64 * LINE;
         let below_dots =

@@ -34,7 +34,7 @@ const COLUMNS: usize = 5;
 const ROW: f64 = 128.0;
 const GAP: f64 = 24.0;
 const TITLE_LINE: f64 = 18.0;
-const MARGIN: f64 = 36.0;
+const MARGIN: f64 = 44.0;
 
 /// One of the three rows.
 struct Quantity {

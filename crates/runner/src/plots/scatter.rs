@@ -35,7 +35,7 @@ const ALL_POINTS: usize = 20_000;
 
 const COLUMNS: usize = 5;
 const TITLE_LINE: f64 = 18.0;
-const MARGIN: f64 = 36.0;
+const MARGIN: f64 = 44.0;
 const GAP: f64 = 12.0;
 
 /// From early to late instances of a setting: steps of the palette viridis, without its lightest.
