@@ -245,7 +245,7 @@ fn from_one_instance_to_twelve_settings_of_thirty() {
     let (_folder, run) = folder();
     made_up(&run, &[""], 1, 40);
     // Only the figure of feet is missed: nothing was recorded for it.
-    plot(&run, &[]).ends(DONE).complains(&["skipped feet: "]);
+    plot(&run, &[]).ends(DONE).complains(&["left out feet: "]);
     assert!(texts(&svg(&run, "learning-curves")).contains(&"base".to_owned()));
     assert_eq!(table(&run, "improvement").len(), 0);
     plot(&run, &["feet"]).ends(FAILED).complains(&["feet: the chosen instances have no replay"]);

@@ -70,6 +70,11 @@ impl Counter {
             tell(format_args!("{}: {done} of {total} {what}", self.name));
         }
     }
+
+    /// Lets something be printed where the bar is.
+    pub fn aside<T>(&self, print: impl FnOnce() -> T) -> T {
+        self.bar.suspend(print)
+    }
 }
 
 impl Drop for Counter {

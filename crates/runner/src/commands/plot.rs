@@ -1,13 +1,13 @@
 //! `itarl plot`: the figures of a run and their tables, into its folder `plots/`.
 
-use std::{collections::BTreeSet, fs, path::Path};
+use std::{collections::BTreeSet, fs};
 
 use anyhow::Context;
 
 use super::{Outcome, say};
 use crate::{
     cli::{Format, Plot},
-    plots::{self, Drawing, Error, FIGURES, Figure, Options, Run},
+    plots::{self, Error, FIGURES, Figure, Options, Run},
     progress::{Counter, tell},
     store::atomic,
 };
@@ -16,10 +16,12 @@ pub(super) fn plot(arguments: &Plot) -> anyhow::Result<Outcome> {
     let counter = Counter::new(arguments.run.display().to_string());
     let (run, omitted) =
         Run::read(&arguments.run, &|done, total| counter.report(done, total, "cells read"))?;
-    omitted.iter().for_each(tell);
+    counter.aside(|| omitted.iter().for_each(tell));
 
     let folder = arguments.run.join("plots");
     fs::create_dir_all(&folder).with_context(|| format!("{}: making it", folder.display()))?;
+    // Each once, however often it's asked for.
+    let formats: BTreeSet<_> = arguments.format.iter().copied().collect();
     let options = Options { settings: arguments.settings.clone(), two_best: arguments.two_best };
     let is_asked = |figure: &&Figure| arguments.figures.iter().any(|name| name == figure.name);
     let all = arguments.figures.is_empty();
@@ -27,41 +29,48 @@ pub(super) fn plot(arguments: &Plot) -> anyhow::Result<Outcome> {
 
     let mut is_missing = false;
     for (i, figure) in figures.iter().enumerate() {
-        match plots::draw(&run, figure, &options) {
-            Ok(drawing) => write(&folder, &drawing, &arguments.format)?,
-            // There may be none of this robot; asked for by name, it's missed.
-            Err(error @ Error::Nothing { .. }) if all => tell(format_args!("skipped {error}")),
-            Err(error @ Error::Nothing { .. }) => {
-                is_missing = true;
-                tell(error);
-            }
-            Err(error) => return Err(error.into()),
+        let (files, missing) = files(&run, figure, &options, &formats)?;
+        if let Some(why) = missing {
+            // A robot may have none of this; asked for by name, it's missed.
+            is_missing |= !all;
+            counter.aside(|| tell(format_args!("left out {why}")));
         }
-        for table in figure.tables(&run) {
-            write_file(&folder.join(format!("{}.csv", table.name)), &table.csv())?;
+        for (name, bytes) in files {
+            let path = folder.join(name);
+            atomic::write(&path, &bytes)?;
+            counter.aside(|| say(path.display()))?;
         }
         counter.report(i + 1, figures.len(), "figures drawn");
     }
     Ok(if omitted.is_empty() && !is_missing { Outcome::Done } else { Outcome::Failed })
 }
 
-fn write(folder: &Path, drawing: &Drawing, formats: &[Format]) -> anyhow::Result<()> {
-    // Each once, however often it's asked for.
-    let formats: BTreeSet<_> = formats.iter().collect();
-    for format in formats {
-        let stem = drawing.file_stem;
-        match format {
-            Format::Svg => {
-                write_file(&folder.join(format!("{stem}.svg")), drawing.svg.as_bytes())?;
-            }
-            Format::Png => write_file(&folder.join(format!("{stem}.png")), &drawing.png()?)?,
-        }
-    }
-    Ok(())
-}
+/// A file's name and bytes.
+type File = (String, Vec<u8>);
 
-fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    atomic::write(path, bytes)?;
-    say(path.display())?;
-    Ok(())
+/// What belongs to a figure, and why it's not drawn itself if this run has nothing to show in it.
+fn files(
+    run: &Run,
+    figure: &Figure,
+    options: &Options,
+    formats: &BTreeSet<Format>,
+) -> Result<(Vec<File>, Option<Error>), Error> {
+    let mut files = Vec::new();
+    let mut missing = None;
+    match plots::draw(run, figure, options) {
+        Ok(drawing) => {
+            for format in formats {
+                let (extension, bytes) = match format {
+                    Format::Svg => ("svg", drawing.svg.clone().into_bytes()),
+                    Format::Png => ("png", drawing.png()?),
+                };
+                files.push((format!("{}.{extension}", drawing.file_stem), bytes));
+            }
+        }
+        Err(error @ Error::Nothing { .. }) => missing = Some(error),
+        Err(error) => return Err(error),
+    }
+    let tables = figure.tables(run);
+    files.extend(tables.iter().map(|table| (format!("{}.csv", table.name), table.csv())));
+    Ok((files, missing))
 }

@@ -39,6 +39,8 @@ const LINE: f64 = 17.0;
 const BESIDE: usize = 5;
 /// Lines that a setting's name may have above a column, before letters stand for settings.
 const LINES: usize = 3;
+/// Of a cell; in smaller ones colours have to do, and the table has the numbers.
+const SMALLEST_WITH_NUMBERS: f64 = 36.0;
 const LETTERS: &[u8] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZ";
 
 /// Where things are.
@@ -294,6 +296,9 @@ fn draw_cell(
     let corners = [(x, y), (right, y), (right, bottom), (x, bottom)];
     let Some((probability, interval)) = value else { return fill(area, &corners, FAINT) };
     fill(area, &corners, shade(probability))?;
+    if cell < SMALLEST_WITH_NUMBERS {
+        return Ok(());
+    }
     let strength = (probability - 0.5).abs();
     let ink = if strength > 0.4 { RGBColor(255, 255, 255) } else { INK };
     let middle = (x + cell / 2.0, y + cell / 2.0);
