@@ -29,7 +29,7 @@ pub(super) const FIGURE: Figure = Figure {
     tables: |run| vec![tables::instances(run), tables::settings(run), tables::improvement(run)],
 };
 
-const MARGIN: f64 = 48.0;
+const MARGIN: f64 = 56.0;
 const TOP: f64 = 26.0;
 const FRAME_HEIGHT: f64 = 300.0;
 const MATRIX: &str =
@@ -227,12 +227,12 @@ type Fact = (&'static str, fn(&Setting) -> String);
 
 const FACTS: [Fact; 3] = [
     ("instances", |setting| setting.instances.len().to_string()),
-    ("no progress", |it| percent(share(it, |it| it.outcome.progressed.map(|it| !it)))),
-    ("collapsed", |it| percent(share(it, |it| it.outcome.collapsed))),
+    ("no progress %", |it| percent(share(it, |it| it.outcome.progressed.map(|it| !it)))),
+    ("collapsed %", |it| percent(share(it, |it| it.outcome.collapsed))),
 ];
 
 fn percent(share: f64) -> String {
-    if share.is_nan() { "?".into() } else { format!("{:.0} %", 100.0 * share) }
+    if share.is_nan() { "?".into() } else { format!("{:.0}", 100.0 * share) }
 }
 
 /// Names of settings with their facts, below the dots.
