@@ -8,6 +8,8 @@ pub mod experiment;
 pub mod gait;
 pub mod plots;
 pub mod progress;
+pub mod replay;
+pub mod report;
 pub mod reward;
 pub mod rollout;
 pub mod session;

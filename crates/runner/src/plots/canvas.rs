@@ -112,11 +112,11 @@ pub(super) fn paint(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
          viewBox=\"0 0 {grid_width} {grid_height}\" role=\"img\" aria-label=\"{label}\">{content}"
     );
-    Ok(Drawing { file_stem: figure.name, svg, width, height, caption })
+    Ok(Drawing { file_stem: figure.name, svg, width, height, caption, picture: None })
 }
 
 /// For an attribute's value.
-fn escaped(text: &str) -> String {
+pub(super) fn escaped(text: &str) -> String {
     let text = text.replace('&', "&amp;").replace('<', "&lt;");
     text.replace('>', "&gt;").replace('"', "&quot;")
 }

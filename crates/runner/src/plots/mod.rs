@@ -21,6 +21,7 @@ mod feet;
 mod final_values;
 mod learning_curves;
 mod outcome;
+mod robot;
 mod run;
 mod scatter;
 pub mod statistics;
@@ -40,7 +41,8 @@ use crate::store;
 use outcome::choice;
 
 /// The figures, in the order of the paper.
-pub const FIGURES: [Figure; 5] = [
+pub const FIGURES: [Figure; 6] = [
+    robot::FIGURE,
     learning_curves::FIGURE,
     close_up::FIGURE,
     feet::FIGURE,
@@ -84,6 +86,8 @@ pub struct Drawing {
     pub height: u32,
     /// What is drawn, with this run's numbers: windows, rules.
     pub caption: String,
+    /// The PNG file, where it's a picture and not lines.
+    pub picture: Option<Vec<u8>>,
 }
 
 /// Pixels of a PNG file for each px of the SVG: 2,000 over the width of a page.
@@ -95,7 +99,7 @@ impl Drawing {
     /// # Errors
     /// [`Error::Drawing`]
     pub fn png(&self) -> Result<Vec<u8>, Error> {
-        canvas::png(&self.svg, PNG_SCALE)
+        self.picture.clone().map_or_else(|| canvas::png(&self.svg, PNG_SCALE), Ok)
     }
 }
 
