@@ -13,7 +13,7 @@ use std::{
 use common::*;
 use tempfile::TempDir;
 
-const COMMANDS: [&[&str]; 12] = [
+const COMMANDS: [&[&str]; 14] = [
     &["train"],
     &["resume"],
     &["cell"],
@@ -21,6 +21,8 @@ const COMMANDS: [&[&str]; 12] = [
     &["summary"],
     &["plot"],
     &["config"],
+    &["report"],
+    &["replay"],
     &["rollout"],
     &["model", "check"],
     &["model", "show"],

@@ -14,7 +14,7 @@ use resvg::{tiny_skia::Pixmap, usvg::roxmltree};
 use runner::store::{Bullet, Cell, NewRun, Precision, Row, Run, header_line};
 use tempfile::TempDir;
 
-const FIGURES: [&str; 5] = ["learning-curves", "close-up", "feet", "scatter", "final"];
+const FIGURES: [&str; 6] = ["robot", "learning-curves", "close-up", "feet", "scatter", "final"];
 const TABLES: [&str; 4] = ["correlation", "improvement", "instances", "settings"];
 
 fn folder() -> (TempDir, PathBuf) {
@@ -108,7 +108,8 @@ fn every_figure_and_table_is_written_and_nothing_else() {
     assert_eq!(plots, names);
     for figure in FIGURES {
         let drawn = svg(&run, figure);
-        assert!(texts(&drawn).iter().any(|it| it == "ξ = 0.75"), "{figure}");
+        // The robot is a picture.
+        assert!(figure == "robot" || texts(&drawn).iter().any(|it| it == "ξ = 0.75"), "{figure}");
         let png = &after[&format!("plots/{figure}.png")];
         let pixels = Pixmap::decode_png(png).unwrap();
         let document = roxmltree::Document::parse(&drawn).unwrap();

@@ -1,6 +1,6 @@
-//! What plotting costs at the size of the paper's main experiment: makes a run folder with 150 cells
-//! of 30,000 made-up updates, draws every figure of it, and prints the time and the largest amount of
-//! memory that it took.
+//! What plots and the report cost at the size of the paper's main experiment: makes a run folder with
+//! 150 cells of 30,000 made-up updates, draws every figure of it, makes its report, and prints times,
+//! sizes and the largest amount of memory that it took.
 //!
 //! ```text
 //! cargo run --release -p runner --example plot_a_big_run [DIR [SETTINGS INSTANCES UPDATES]]
@@ -22,12 +22,18 @@ use rand_chacha::{
 };
 use runner::{
     plots::{self, FIGURES, Options},
+    report::Report,
+    reward::Terms,
     store::{self, Bullet, Cell, Layout, NewRun, Precision, Recording},
 };
+use svenja::Morphology;
 
-/// Of the made-up robot: six feet of two bones, and 600 recorded steps.
+const MODEL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/svenja.toml");
+
+/// Of a recording.
 const N_FEET: usize = 6;
 const N_STEPS: usize = 600;
+const N_FRAMES: usize = 5;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -64,6 +70,12 @@ fn main() -> Result<(), Box<dyn Error>> {
             fs::write(out.join(format!("{}.csv", table.name)), table.csv())?;
         }
     }
+    let begin = Instant::now();
+    let report = Report::read(&folder, &|_, _, _| {})?;
+    let page = report.html(&|_, _, _| {})?;
+    fs::write(folder.join("report.html"), &page)?;
+    let seconds = begin.elapsed().as_secs_f64();
+    println!("{seconds:6.2} s  report, {:.1} MB", page.len() as f64 / 1e6);
     println!("{:6.2} s  in all, {}", start.elapsed().as_secs_f64(), peak_memory());
     Ok(())
 }
@@ -79,17 +91,26 @@ fn make(
     folder: &Path,
     [n_settings, n_instances, n_updates]: [usize; 3],
 ) -> Result<(), Box<dyn Error>> {
-    let xi = |i: usize| i as f64 / (n_settings - 1).max(1) as f64;
+    let xi = |i: usize| {
+        let xi = i as f64 / (n_settings - 1).max(1) as f64;
+        (xi * 1000.0).round() / 1000.0
+    };
+    let swept: Vec<_> = (0..n_settings).map(xi).collect();
+    let experiment = format!(
+        "model = \"models/svenja.toml\"\n[learning]\nupdates = {n_updates}\n\
+         [sweep]\n\"reward.mix.xi\" = {swept:?}\nseeds = {n_instances}\n"
+    );
+    let morphology = Morphology::open(MODEL.as_ref())?;
     let cells = (0..n_settings * n_instances).map(|index| Cell {
         index,
-        setting: format!("xi={}", (xi(index / n_instances) * 1000.0).round() / 1000.0),
+        setting: format!("xi={}", xi(index / n_instances)),
         seed: (index % n_instances) as u64 + 1,
     });
     let new = NewRun {
-        experiment: format!("[learning]\nupdates = {n_updates}\n"),
+        experiment,
         itarl: env!("CARGO_PKG_VERSION").into(),
         bullet: Bullet { version: 325, precision: Precision::Single },
-        models: Vec::new(),
+        models: vec![("svenja.toml".into(), fs::read(MODEL)?)],
         seeds: (1..=n_instances as u64).collect(),
         cells: cells.collect(),
     };
@@ -100,7 +121,7 @@ fn make(
         let mut random = ChaCha8Rng::seed_from_u64(cell.index as u64);
         let xi = xi(cell.index / n_instances);
         write_metrics(&cell_folder.metrics(), n_updates, xi, &mut random)?;
-        fs::write(cell_folder.replay(), recording(xi, &mut random).encode()?)?;
+        fs::write(cell_folder.replay(), recording(xi, &morphology, &mut random).encode()?)?;
     }
     Ok(())
 }
@@ -151,11 +172,10 @@ fn write_metrics(
 }
 
 /// Feet that step in two groups of three, with some noise.
-fn recording(xi: f64, random: &mut ChaCha8Rng) -> Recording {
-    let sides =
-        ["front left", "front right", "centre left", "centre right", "rear left", "rear right"];
-    let feet: Vec<String> = sides.map(|side| format!("tarsus {side}")).into();
-    let bodies: Vec<String> = [vec!["main".to_owned()], feet.clone()].concat();
+fn recording(xi: f64, morphology: &Morphology, random: &mut ChaCha8Rng) -> Recording {
+    let names = |body: &svenja::Body| body.name.clone();
+    let bodies: Vec<String> = morphology.bodies().iter().map(names).collect();
+    let feet = morphology.feet().iter().map(|&foot| bodies[foot].clone()).collect();
     let period = 5.0 + 6.0 * uniform(random);
     let touches = |step: usize, foot: usize, random: &mut ChaCha8Rng| {
         let phase = step as f64 / period + if matches!(foot, 0 | 3 | 4) { 0.5 } else { 0.0 };
@@ -163,6 +183,13 @@ fn recording(xi: f64, random: &mut ChaCha8Rng) -> Recording {
         is_down != (uniform(random) < 0.05 + 0.3 * (0.75 - xi).abs())
     };
     let n_bodies = bodies.len();
+    // All of it slides forward.
+    let frame = |frame: usize| {
+        morphology.bodies().iter().flat_map(move |body| {
+            let at = body.pose.translation.vector.cast::<f32>();
+            [at.x, at.y + 0.01 * frame as f32, at.z, 0.0, 0.0, 0.0, 1.0]
+        })
+    };
     let mut sensors = Vec::new();
     for step in 0..N_STEPS {
         for foot in 0..N_FEET {
@@ -173,17 +200,17 @@ fn recording(xi: f64, random: &mut ChaCha8Rng) -> Recording {
         layout: Layout {
             actuators: Vec::new(),
             bodies,
-            frames_per_step: 1,
-            seconds_per_frame: 0.1,
+            frames_per_step: N_FRAMES,
+            seconds_per_frame: 0.1 / N_FRAMES as f64,
             sensors: feet,
-            terms: Vec::new(),
+            terms: Terms::NAMES.map(str::to_owned).into(),
         },
         first_control_step: 0,
         n_steps: N_STEPS,
-        poses: vec![0.0; N_STEPS * n_bodies * 7],
+        poses: (0..N_STEPS * N_FRAMES).flat_map(frame).collect(),
         sensors,
         actions: Vec::new(),
         contacts: vec![0; N_STEPS * n_bodies],
-        terms: Vec::new(),
+        terms: vec![0.01; N_STEPS * Terms::NAMES.len()],
     }
 }

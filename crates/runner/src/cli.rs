@@ -89,8 +89,9 @@ docs/figures.md says what each figure and table shows.")]
     },
     /// Watch a robot: a 3-D page for any browser, a film, a picture, or a scene for Blender
     #[command(after_help = "Examples:
-  itarl replay runs/quick/cells/xi=1/seed=8                        # seed=8.html, its last control steps
-  itarl replay models/svenja.toml --policy random --png svenja.png # from three sides
+  itarl replay runs/quick/cells/xi=1/seed=8          # xi=1-seed=8.html: its last control steps
+  itarl replay models/svenja.toml                    # svenja.html: random actions
+  itarl replay models/svenja.toml --png svenja.png   # from three sides
   itarl replay runs/quick/cells/xi=1/seed=8 --gif walk.gif --glb walk.glb
 
 The page, pictures and films need no display and no GPU where they're made.")]

@@ -2,7 +2,7 @@
 // The robot in 3-D: shapes, ground with metres on it, path of the centre of gravity, camera.
 // z is up; 1 is a metre.
 
-const GRID_M = 40; // the grid reaches so far around the robot
+const GRID = 40; // the grid has so many lines on either side of the robot
 const LABELS = 9; // on either side of the robot along each row
 
 class Stage {
@@ -60,13 +60,19 @@ class Stage {
     const colour = (name) => new THREE.Color(this.style(name));
     const background = colour("--stage");
     this.scene.background = background;
-    this.scene.fog = new THREE.Fog(background, 14, GRID_M);
+    const { near = 14, far = GRID } = this.scene.fog ?? {};
+    this.scene.fog = new THREE.Fog(background, near, far);
     this.floorMaterial.color = colour("--floor");
     this.thin.color = this.bold.color = colour("--stage-text");
+    this.clearLabels();
+    this.pathColours?.forEach(([material, name]) => { material.color = colour(name); });
+  }
+
+  clearLabels() {
     this.labels.forEach((label) => label.map.dispose());
     this.labels.clear();
     this.signs.clear();
-    this.pathColours?.forEach(([material, name]) => { material.color = colour(name); });
+    this.rowX = this.rowY = undefined;
   }
 
   // Puts another robot and its path there.
@@ -75,14 +81,24 @@ class Stage {
     this.robot.clear();
     this.parts = clip.model.bodies.map((body) => this.part(body));
     this.parts.forEach((part) => this.robot.add(part.group, part.spot));
-    this.drawPath();
     const place = new THREE.Vector3();
     clip.gravity(0, this.centre, place);
-    const reaches = clip.model.bodies.map((_, i) => {
+    const reaches = clip.model.bodies.map(({ shape }, i) => {
       clip.pose(0, i, place);
-      return place.distanceTo(this.centre);
+      const ends = shape.from ? Math.max(Math.hypot(...shape.from), Math.hypot(...shape.to)) : 0;
+      return place.distanceTo(this.centre) + (shape.half ? Math.hypot(...shape.half) : shape.radius + ends);
     });
-    this.size = Math.max(0.4, 1.25 * Math.max(...reaches));
+    this.size = Math.max(0.1, ...reaches);
+    // From line to line, in m: around small robots all is smaller.
+    this.unit = this.size < 1.5 ? 0.2 : 1;
+    this.grid.scale.set(this.unit, this.unit, 1);
+    this.scene.fog.near = 14 * this.unit;
+    this.scene.fog.far = GRID * this.unit;
+    this.clearLabels();
+    this.parts.forEach(({ spot, shape }) => {
+      spot.scale.setScalar(1.3 * (shape.radius ?? Math.max(...shape.half.slice(0, 2))) + 0.015 * this.size);
+    });
+    this.drawPath();
     const reach = this.size * 1.6;
     const shadow = this.sun.shadow.camera;
     Object.assign(shadow, { left: -reach, right: reach, top: reach, bottom: -reach, near: 0.1, far: 12 * reach });
@@ -105,7 +121,6 @@ class Stage {
     const glow = this.style(body.penalised ? "--warning" : "--contact");
     const light = new THREE.MeshBasicMaterial({ color: glow, transparent: true, opacity: 0.75, depthWrite: false });
     const spot = new THREE.Mesh(new THREE.CircleGeometry(1, 40), light);
-    spot.scale.setScalar(2.4 * (body.shape.radius ?? Math.max(...body.shape.half.slice(0, 2))));
     spot.position.z = 0.006;
     return { group, material, spot, glow: new THREE.Color(glow), colour: new THREE.Color(body.colour), shape: body.shape };
   }
@@ -124,7 +139,7 @@ class Stage {
     const near = Math.max(1, Math.round(0.25 / clip.seconds_per_frame));
     for (let frame = 0; frame < clip.nFrames; frame += 1) {
       const [here, from, to] = [centre(frame), centre(frame - near), centre(frame + near)];
-      const across = new THREE.Vector3(from.y - to.y, to.x - from.x, 0).setLength(0.025);
+      const across = new THREE.Vector3(from.y - to.y, to.x - from.x, 0).setLength(0.006 * this.size);
       corners.push(here.x + across.x, here.y + across.y, 0, here.x - across.x, here.y - across.y, 0);
     }
     const index = [];
@@ -140,7 +155,7 @@ class Stage {
       this.scene.add(mesh);
       return mesh;
     };
-    const dot = new THREE.Mesh(new THREE.CircleGeometry(0.09, 32), new THREE.MeshBasicMaterial({ color: this.style("--path") }));
+    const dot = new THREE.Mesh(new THREE.CircleGeometry(0.022 * this.size, 32), new THREE.MeshBasicMaterial({ color: this.style("--path") }));
     dot.position.z = 0.008;
     this.scene.add(dot);
     this.path = [ribbon("--path-to-come", 0.003), ribbon("--path", 0.004), dot];
@@ -191,25 +206,28 @@ class Stage {
     this.sun.target.position.set(x, y, 0);
     this.sun.position.set(x, y, 0).add(sun);
     this.floor.position.set(x, y, 0);
-    this.grid.position.set(5 * Math.round(x / 5), 5 * Math.round(y / 5), 0);
+    const five = 5 * this.unit;
+    this.grid.position.set(five * Math.round(x / five), five * Math.round(y / five), 0);
     this.sign();
   }
 
   // Metres along two rows, beside the robot and behind it, turned to whoever looks.
   sign() {
-    const [x, y] = [this.centre.x, this.centre.y];
-    const away = Math.ceil(this.size) + 0.5;
+    const { unit } = this;
+    const [x, y] = [this.centre.x / unit, this.centre.y / unit];
+    const away = Math.ceil(this.size / unit) + 0.5;
     const keep = (row, wanted) => (row !== undefined && Math.abs(row - wanted) < 1.5 ? row : Math.round(wanted));
     const view = this.camera.position.clone().sub(this.controls.target);
     const quarter = Math.round(Math.atan2(view.x, -view.y) / (Math.PI / 2));
     this.rowX = keep(this.rowX, x + away * (view.x < 0 ? -1 : 1));
     this.rowY = keep(this.rowY, y + away * (view.y < 0 ? -1 : 1));
+    const metres = (line) => (line * unit).toFixed(unit < 1 ? 1 : 0);
     const wanted = new Map();
     for (let i = -LABELS; i <= LABELS; i += 1) {
       const [alongX, alongY] = [Math.round(x) + i, Math.round(y) + i];
       // Where the rows cross, neither is written.
-      if (Math.abs(alongX - this.rowX) > 1) wanted.set(`x${alongX}`, [alongX, this.rowY, `x ${alongX} m`]);
-      if (Math.abs(alongY - this.rowY) > 1) wanted.set(`y${alongY}`, [this.rowX, alongY, `y ${alongY} m`]);
+      if (Math.abs(alongX - this.rowX) > 1) wanted.set(`x${alongX}`, [alongX, this.rowY, `x ${metres(alongX)} m`]);
+      if (Math.abs(alongY - this.rowY) > 1) wanted.set(`y${alongY}`, [this.rowX, alongY, `y ${metres(alongY)} m`]);
     }
     for (const [key, label] of this.labels) {
       if (!wanted.has(key)) {
@@ -221,7 +239,8 @@ class Stage {
     for (const [key, [atX, atY, text]] of wanted) {
       if (!this.labels.has(key)) this.labels.set(key, this.label(text));
       const label = this.labels.get(key);
-      label.position.set(atX, atY, 0.01);
+      label.position.set(atX * unit, atY * unit, 0.01 * unit);
+      label.scale.setScalar(unit);
       label.rotation.z = (quarter * Math.PI) / 2;
     }
   }
@@ -247,8 +266,8 @@ class Stage {
 
   // Back to the view from ahead and aside, near enough to see all of the robot.
   reset() {
-    const distance = this.size * Math.max(2.75, 3 / this.camera.aspect);
-    this.controls.target.set(this.centre.x, this.centre.y, 0.12 * this.size);
+    const distance = this.size * Math.max(2.55, 3 / this.camera.aspect);
+    this.controls.target.set(this.centre.x, this.centre.y, 0.5 * this.centre.z);
     const direction = new THREE.Vector3(0.8, 0.8, 0.62).setLength(distance);
     this.camera.position.copy(this.controls.target).add(direction);
     this.controls.update();
@@ -278,10 +297,10 @@ function lines(chosen, half, height, material) {
     corners.push(x0, y0, height, x1, y0, height, x1, y1, height, x0, y1, height);
     index.push(n, n + 1, n + 2, n, n + 2, n + 3);
   };
-  for (let at = -GRID_M; at <= GRID_M; at += 1) {
+  for (let at = -GRID; at <= GRID; at += 1) {
     if (!chosen(at)) continue;
-    bar(at - half, -GRID_M, at + half, GRID_M);
-    bar(-GRID_M, at - half, GRID_M, at + half);
+    bar(at - half, -GRID, at + half, GRID);
+    bar(-GRID, at - half, GRID, at + half);
   }
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(corners), 3));

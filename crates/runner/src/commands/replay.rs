@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use maud::html;
+use svenja::Morphology;
 
 use super::{Outcome, say, subject::Subject};
 use crate::{
@@ -28,21 +29,24 @@ pub(super) fn replay(arguments: &Replay) -> anyhow::Result<Outcome> {
     if !(arguments.seconds > 0.0 && arguments.seconds <= 3600.0) {
         bail!("--seconds must be above 0 to 3600, got {}", arguments.seconds);
     }
-    let clip = match (&arguments.policy, arguments.what.is_dir()) {
-        (None, true) => recorded(&arguments.what)?,
+    let Replay { what, html, glb, gif, mp4, png, .. } = arguments;
+    if let Some(path) = png {
+        write(path, &figure::three_sides(&model(what)?)?.png()?)?;
+    }
+    let moves = [html, glb, gif, mp4].into_iter().any(Option::is_some);
+    if png.is_some() && !moves {
+        return Ok(Outcome::Done);
+    }
+    let clip = match (&arguments.policy, what.is_dir()) {
+        (None, true) => recorded(what)?,
         (policy, _) => rolled_out(arguments, policy.as_deref())?,
     };
-    let Replay { html, glb, gif, mp4, png, .. } = arguments;
-    let none = [html, glb, gif, mp4, png].into_iter().all(Option::is_none);
-    let default = none.then(|| page_name(&arguments.what));
+    let default = (!moves).then(|| page_name(what));
     if let Some(path) = html.as_ref().or(default.as_ref()) {
         write(path, self::html(&clip)?.as_bytes())?;
     }
     if let Some(path) = glb {
         write(path, &glb::encode(&clip)?)?;
-    }
-    if let Some(path) = png {
-        write(path, &figure::three_sides(clip.morphology())?.png()?)?;
     }
     if let Some(path) = gif {
         let film = film(&clip, arguments, GIF_SIZE, GIF_HZ);
@@ -54,6 +58,14 @@ pub(super) fn replay(arguments: &Replay) -> anyhow::Result<Outcome> {
         say(path.display())?;
     }
     Ok(Outcome::Done)
+}
+
+/// The robot alone: a model file needn't be set in motion for it.
+fn model(what: &Path) -> anyhow::Result<Morphology> {
+    if what.is_dir() {
+        return Ok(recorded(what)?.morphology().clone());
+    }
+    Ok(Morphology::open(what)?)
 }
 
 fn film<'a>(clip: &'a Clip, arguments: &Replay, size: Size, hz: f64) -> Film<'a> {

@@ -28,7 +28,8 @@ fn draw(run: &Run, _: &Options) -> Result<Drawing, Error> {
     let pictures: Result<Vec<_>, _> = models.iter().map(three_sides).collect();
     let picture = stacked(&pictures.map_err(refused)?);
     let png = picture.png().map_err(refused)?;
-    let (width, height) = (picture.width(), picture.height());
+    // As those of the other figures: two pixels a px.
+    let [width, height] = [picture.width(), picture.height()].map(|pixels| pixels as u32 / 2);
     let names: Vec<_> = models.iter().map(Morphology::name).collect();
     let caption = format!("{}: {}", names.join(", "), FIGURE.caption);
     let label = super::canvas::escaped(&caption);
@@ -38,7 +39,6 @@ fn draw(run: &Run, _: &Options) -> Result<Drawing, Error> {
          viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{label}\"><image \
          width=\"{width}\" height=\"{height}\" href=\"data:image/png;base64,{data}\"/></svg>\n"
     );
-    let [width, height] = [width, height].map(|pixels| pixels as u32);
     Ok(Drawing { file_stem: FIGURE.name, svg, width, height, caption, picture: Some(png) })
 }
 

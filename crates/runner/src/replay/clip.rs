@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, bail};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
-use svenja::Morphology;
+use svenja::{Morphology, Shape};
 
 use crate::{
     experiment::{Experiment, Plan},
@@ -155,6 +155,24 @@ impl Clip {
         Point3::from(moment / self.morphology.total_mass_kg())
     }
 
+    /// How far the robot reaches from its centre of gravity in the first frame, in m; at least 0.1.
+    #[must_use]
+    pub fn reach_m(&self) -> f64 {
+        let centre = self.centre_of_gravity(0);
+        let bodies = self.morphology.bodies().iter().enumerate();
+        let reach = bodies.map(|(i, body)| {
+            let away = (self.pose(0, i).translation.vector - centre.coords).norm();
+            away + match &body.shape {
+                Shape::Box { half_extents_m } => half_extents_m.norm(),
+                Shape::Sphere { radius_m } => *radius_m,
+                Shape::Capsule(rod) | Shape::Cylinder(rod) => {
+                    rod.radius_m + rod.from_m.coords.norm().max(rod.to_m.coords.norm())
+                }
+            }
+        });
+        reach.fold(0.1, f64::max)
+    }
+
     /// Whether a body touches something at the end of the frame's control step.
     #[must_use]
     pub fn touches(&self, frame: usize, body: usize) -> bool {
@@ -192,6 +210,8 @@ mod tests {
         let centre = clip.centre_of_gravity(3);
         assert!((centre - Point3::new(0.0, 0.3, 0.15)).norm() < 1e-7, "{centre}");
         assert!((clip.pose(3, 1).translation.y - 0.8).abs() < 1e-7);
+        // The ball's centre is 0.5 m ahead and 0.05 m below; the rod's ends are 0.2 m from its own.
+        assert!((clip.reach_m() - (0.5_f64.hypot(0.05) + 0.25)).abs() < 1e-6);
         let turned = clip.pose(0, 2) * Vector3::x();
         assert!((turned - Vector3::y()).norm() < 1e-6);
         assert_eq!(clip.seconds(0), 0.05);

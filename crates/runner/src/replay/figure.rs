@@ -11,12 +11,12 @@ use svenja::{Body, Morphology, Rod, Shape};
 
 use super::render::{Camera, Ground, Ink, Picture, SKY, Scene, Solid, width_of};
 
-/// Pixels across; the height follows from the robot.
-const WIDTH: usize = 1200;
-const MARGIN: usize = 24;
+/// Pixels across, even like the height, which follows from the robot.
+const WIDTH: usize = 1060;
+const MARGIN: usize = 22;
 /// For the words below each side.
-const CAPTION: usize = 44;
-const LETTERS: f32 = 23.0;
+const CAPTION: usize = 40;
+const LETTERS: f32 = 21.0;
 const INK: Ink = Ink { colour: [0x22, 0x25, 0x2a], strength: 1.0 };
 const FAINT: Ink = Ink { colour: [0x8a, 0x8f, 0x96], strength: 1.0 };
 const PAPER: [u8; 3] = [0xff; 3];
@@ -85,7 +85,8 @@ impl<'a> Sheet<'a> {
     }
 
     fn height(&self) -> usize {
-        MARGIN + self.pixels(self.size.z) + self.pixels(self.size.x) + 2 * CAPTION
+        (MARGIN + self.pixels(self.size.z) + self.pixels(self.size.x) + 2 * CAPTION)
+            .next_multiple_of(2)
     }
 
     fn side(&self, picture: &mut Picture, view: View, [x, y]: [usize; 2]) -> anyhow::Result<()> {
@@ -114,25 +115,49 @@ impl<'a> Sheet<'a> {
         Ok(())
     }
 
-    /// A metre, or a tenth of one beside what is small.
+    /// A round length, a fifth of the side at most.
     fn scale_bar(&self, picture: &mut Picture, [x, baseline]: [f32; 2]) -> anyhow::Result<()> {
-        let (metres, words) = if self.size.max() > 2.0 { (1.0, "1 m") } else { (0.1, "0.1 m") };
+        let fits = |metres: &f64| *metres <= 0.2 * self.size.y;
+        let metres = [10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01].into_iter().find(fits);
+        let metres = metres.unwrap_or(0.001);
+        let words = format!("{metres} m");
         let end = x + (metres * self.pixels_per_m) as f32;
         let y = baseline - 0.3 * LETTERS;
         picture.line([x, y], [end, y], 4.0, INK);
         picture.line([x, y - 8.0], [x, y + 8.0], 3.0, INK);
         picture.line([end, y - 8.0], [end, y + 8.0], 3.0, INK);
-        picture.write(words, [end + 14.0, baseline], LETTERS, INK)
+        picture.write(&words, [end + 10.0, baseline], LETTERS, INK)
+    }
+
+    /// As near as all of the robot can be seen from.
+    fn near_enough(&self, pixels: [usize; 2]) -> Camera {
+        let view = Vector3::new(0.75, 0.8, 0.55).normalize();
+        let corners: Vec<_> = self.morphology.bodies().iter().flat_map(box_around).collect();
+        let [width, height] = pixels.map(|side| side as f32);
+        let inside = |camera: &Camera| {
+            let edge = 0.03 * width;
+            corners.iter().all(|corner| {
+                camera.project(*corner).is_some_and(|[x, y, _]| {
+                    (edge..width - edge).contains(&x) && (edge..height - edge).contains(&y)
+                })
+            })
+        };
+        let mut distance = self.size.max();
+        loop {
+            let eye = self.centre + distance * view;
+            let camera = Camera::perspective(eye, self.centre, ANGLE_DEGREES, pixels);
+            // Far away everything is a point in the middle.
+            if inside(&camera) {
+                return camera;
+            }
+            distance *= 1.03;
+        }
     }
 
     fn perspective(&self, picture: &mut Picture, [x, y]: [usize; 2]) -> anyhow::Result<()> {
         let pixels = [self.pixels(self.size.x), self.pixels(self.size.x)];
-        let reach = 0.5 * self.size.norm();
-        let view = Vector3::new(0.75, 0.8, 0.55).normalize();
-        let target = Point3::new(self.centre.x, self.centre.y, 0.8 * self.centre.z);
-        let distance = 0.8 * reach / libm::tan(ANGLE_DEGREES.to_radians() / 2.0);
-        let camera = Camera::perspective(target + distance * view, target, ANGLE_DEGREES, pixels);
-        let ground = Ground::plain([self.centre.x, self.centre.y], 2.0 * reach);
+        let camera = self.near_enough(pixels);
+        let ground = Ground::plain([self.centre.x, self.centre.y], self.size.norm());
         let scene = Scene { solids: self.solids.clone(), ground: Some(ground), sky: SKY };
         picture.put(&scene.picture(&camera), x, y);
         let words = format!(
@@ -162,25 +187,35 @@ fn caption(
 
 /// The lower and the upper corner of the box around a body, as it's drawn.
 fn corners(body: &Body) -> (Point3<f64>, Point3<f64>) {
-    let around = |points: &[Point3<f64>], radius: f64| {
-        let placed: Vec<_> = points.iter().map(|point| body.pose * point).collect();
-        let low = placed.iter().fold(placed[0], |a, b| a.inf(b));
-        let high = placed.iter().fold(placed[0], |a, b| a.sup(b));
-        let air = Vector3::repeat(radius);
-        (low - air, high + air)
-    };
-    match &body.shape {
-        Shape::Sphere { radius_m } => around(&[Point3::origin()], *radius_m),
+    let (points, radius) = points(body);
+    let low = points.iter().fold(points[0], |a, b| a.inf(b));
+    let high = points.iter().fold(points[0], |a, b| a.sup(b));
+    (low - Vector3::repeat(radius), high + Vector3::repeat(radius))
+}
+
+/// Its eight corners.
+fn box_around(body: &Body) -> [Point3<f64>; 8] {
+    let (low, high) = corners(body);
+    std::array::from_fn(|i| {
+        let side = |axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };
+        Point3::new(side(0), side(1), side(2))
+    })
+}
+
+/// Points of a body, and how far around them it reaches.
+fn points(body: &Body) -> (Vec<Point3<f64>>, f64) {
+    let (points, radius) = match &body.shape {
+        Shape::Sphere { radius_m } => (vec![Point3::origin()], *radius_m),
         Shape::Capsule(Rod { radius_m, from_m, to_m })
-        | Shape::Cylinder(Rod { radius_m, from_m, to_m }) => around(&[*from_m, *to_m], *radius_m),
+        | Shape::Cylinder(Rod { radius_m, from_m, to_m }) => (vec![*from_m, *to_m], *radius_m),
         Shape::Box { half_extents_m: half } => {
             let sign =
                 |i: usize, bit: usize| if i >> bit & 1 == 0 { -half[bit] } else { half[bit] };
-            let ends: Vec<_> =
-                (0..8).map(|i| Point3::new(sign(i, 0), sign(i, 1), sign(i, 2))).collect();
-            around(&ends, 0.0)
+            let ends = (0..8).map(|i| Point3::new(sign(i, 0), sign(i, 1), sign(i, 2)));
+            (ends.collect(), 0.0)
         }
-    }
+    };
+    (points.iter().map(|point| body.pose * point).collect(), radius)
 }
 
 #[cfg(test)]

@@ -55,7 +55,7 @@ impl<'a> Film<'a> {
         let n = ((seconds.min(end - clip.seconds(0)) * hz).floor() as usize).max(1);
         let frames = (0..n).map(|i| clip.frame_at(end - (n - 1 - i) as f64 / hz)).collect();
         let path = (0..clip.n_frames()).map(|frame| clip.centre_of_gravity(frame)).collect();
-        Self { clip, size, frames, hz, reach_m: reach(clip), path }
+        Self { clip, size, frames, hz, reach_m: clip.reach_m(), path }
     }
 
     /// Pictures.
@@ -72,7 +72,8 @@ impl<'a> Film<'a> {
         let frame = self.frames[i];
         let centre = self.path[frame];
         let view = Vector3::from(VIEW).normalize();
-        let target = Point3::new(centre.x, centre.y, 0.12 * self.reach_m);
+        // At the height that it began with: it may bounce, and the camera doesn't.
+        let target = Point3::new(centre.x, centre.y, 0.5 * self.path[0].z);
         let narrow = (self.size[0] as f64 / self.size[1] as f64 / 1.3).min(1.0);
         let eye = target + view * (DISTANCE * self.reach_m / narrow);
         let camera = Camera::perspective(eye, target, ANGLE_DEGREES, self.size);
@@ -100,10 +101,12 @@ impl<'a> Film<'a> {
         });
         let solids = solids.collect();
         let centre = self.path[frame];
-        let away = self.reach_m.ceil() + 0.4;
-        // The rows keep their place as long as the robot doesn't leave its stretch of 2 m.
-        let row =
-            |value: f64, side: f64| 2.0 * (value / 2.0).round() + (away + 1.0) * side.signum();
+        // The rows keep their place as long as the robot doesn't leave its stretch.
+        let stretch = if self.reach_m < 1.5 { 0.4 } else { 2.0 };
+        let away = self.reach_m + 0.7 * stretch;
+        let row = |value: f64, side: f64| {
+            stretch * (value / stretch).round() + (away / stretch).ceil() * stretch * side.signum()
+        };
         let rows = [row(centre.x, -view.x), row(centre.y, -view.y)];
         let ground = Ground::new([centre.x, centre.y], 2.5 * self.reach_m, rows, [view.x, view.y])?;
         Ok(Scene { solids, ground: Some(ground), sky: SKY })
@@ -201,14 +204,6 @@ impl<'a> Film<'a> {
             || "--mp4 needs ffmpeg on the path (`apt-get install ffmpeg`); --gif works without it",
         )
     }
-}
-
-/// How far the bodies' centres are from the robot's, and a quarter more.
-fn reach(clip: &Clip) -> f64 {
-    let centre = clip.centre_of_gravity(0);
-    let away = |body| (clip.pose(0, body).translation.vector - centre.coords).norm();
-    let farthest = (0..clip.morphology().bodies().len()).map(away).fold(0.0, f64::max);
-    (1.25 * farthest).max(0.3)
 }
 
 #[cfg(test)]

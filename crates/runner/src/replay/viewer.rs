@@ -165,7 +165,7 @@ impl Packed {
                 p .faint {
                     "Poses are packed in 16 bits: positions to "
                     (format!("{:.1}", 1e3 * position)) " mm, orientations to " (format!("{turn:.3}"))
-                    " degrees; between frames they are interpolated. The grid is in metres, a bold line every 5."
+                    " degrees; between frames they are interpolated. The grid's bold lines are 5 m apart, or 1 m around small robots."
                 }
             }
         }

@@ -100,10 +100,14 @@ impl Report {
         let wanted = roles.map(|(setting, index, role)| {
             let instance = &setting.instances[index];
             let last = instance.outcome.last;
+            let of = if setting.name.is_empty() { "" } else { " of " };
             Wanted {
                 setting: setting.name.clone(),
                 seed: instance.seed,
-                label: format!("{role}: seed {}, R_Loc {last:+.4} m", instance.seed),
+                label: format!(
+                    "{role}{of}{}: seed {}, R_Loc {last:+.4} m",
+                    setting.name, instance.seed
+                ),
             }
         });
         wanted.collect()
@@ -178,7 +182,9 @@ fn one_figure(figure: &Figure, source: &str, drawing: &Drawing) -> Markup {
     html! {
         h3 { (figure.title) }
         figure {
-            img src=(source) alt=(drawing.caption) width=(drawing.width) height=(drawing.height);
+            div .scroll tabindex="0" role="region" aria-label=(figure.title) {
+                img src=(source) alt=(drawing.caption) width=(drawing.width) height=(drawing.height);
+            }
             figcaption { (drawing.caption) }
         }
     }

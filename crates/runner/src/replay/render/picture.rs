@@ -135,6 +135,8 @@ impl Picture {
         );
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_compression(png::Compression::High);
+        // Flat areas and soft shadows are smallest as they are.
+        encoder.set_filter(png::Filter::NoFilter);
         let mut writer = encoder.write_header()?;
         writer.write_image_data(self.bytes())?;
         writer.finish()?;
