@@ -209,6 +209,11 @@ mod tests {
         run
     }
 
+    /// The robot is drawn of a folder, which these runs don't have; its own file tests it.
+    fn of_numbers(figure: &&Figure) -> bool {
+        figure.name != robot::FIGURE.name
+    }
+
     /// The contract of every figure: any number of settings, instances and updates gives a small
     /// SVG of the size that it says, the same one each time.
     #[test]
@@ -217,7 +222,7 @@ mod tests {
             [(1, 1, 1), (1, 2, 2), (7, 3, 40), (12, 30, 500), (40, 1, 9)]
         {
             let run = made_up(n_settings, n_instances, n);
-            for figure in &FIGURES {
+            for figure in FIGURES.iter().filter(of_numbers) {
                 let what = format!("{} of {n_settings} x {n_instances} x {n}", figure.name);
                 let drawing = draw(&run, figure, &Options::default()).unwrap();
                 let document = resvg::usvg::roxmltree::Document::parse(&drawing.svg).expect(&what);
@@ -249,7 +254,7 @@ mod tests {
                 instance.reward[7] = -value;
             }
             Outcome::judge(&mut run);
-            for figure in &FIGURES {
+            for figure in FIGURES.iter().filter(of_numbers) {
                 let drawing = draw(&run, figure, &Options::default()).unwrap();
                 assert!(!drawing.svg.contains("NaN"), "{} of {value}", figure.name);
             }

@@ -31,7 +31,7 @@ fn draw(run: &Run, _: &Options) -> Result<Drawing, Error> {
     // As those of the other figures: two pixels a px.
     let [width, height] = [picture.width(), picture.height()].map(|pixels| pixels as u32 / 2);
     let names: Vec<_> = models.iter().map(Morphology::name).collect();
-    let caption = format!("{}: {}", names.join(", "), FIGURE.caption);
+    let caption = format!("{} Here: {}.", FIGURE.caption, names.join(", "));
     let label = super::canvas::escaped(&caption);
     let data = STANDARD.encode(&png);
     let svg = format!(
@@ -66,4 +66,58 @@ fn stacked(pictures: &[Picture]) -> Picture {
         y += picture.height() + GAP;
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        plots::example::run_of,
+        store::{Bullet, NewRun, Precision},
+    };
+
+    /// A run folder with these model files, and nothing trained in it.
+    fn run(models: &[&str]) -> (tempfile::TempDir, Run) {
+        let parent = tempfile::tempdir().unwrap();
+        let folder = parent.path().join("run");
+        let text = |file: &str| {
+            let path = format!("{}/../../models/{file}", env!("CARGO_MANIFEST_DIR"));
+            std::fs::read(path).unwrap()
+        };
+        let new = NewRun {
+            experiment: "learning.updates = 1".into(),
+            itarl: "0.1.0".into(),
+            bullet: Bullet { version: 325, precision: Precision::Single },
+            models: models.iter().map(|file| ((*file).to_owned(), text(file))).collect(),
+            seeds: Vec::new(),
+            cells: Vec::new(),
+        };
+        store::Run::create(&folder, &new).unwrap();
+        let run = Run { folder, ..run_of(&[("", vec![vec![0.0]])]) };
+        (parent, run)
+    }
+
+    #[test]
+    fn all_models_of_the_run_are_drawn_one_below_the_other() {
+        let (_folder, both) = run(&["worm.toml", "hexapod.toml"]);
+        let (_other, worm) = run(&["worm.toml"]);
+        let options = Options::default();
+        let [both, worm] = [both, worm].map(|run| draw(&run, &options).unwrap());
+        assert_eq!(both.width, worm.width);
+        assert!(both.height > worm.height + GAP as u32 / 2);
+        assert!(both.caption.ends_with("Here: Worm, Hexapod."), "{}", both.caption);
+        assert!(both.caption.starts_with(FIGURE.caption));
+        assert!(both.svg.contains("href=\"data:image/png;base64,iVBOR"));
+        let png = both.png().unwrap();
+        let reader = png::Decoder::new(std::io::Cursor::new(&png)).read_info().unwrap();
+        assert_eq!(reader.info().size(), (2 * both.width, 2 * both.height));
+    }
+
+    #[test]
+    fn a_damaged_model_is_named() {
+        let (_folder, run) = run(&["worm.toml"]);
+        std::fs::write(run.folder.join("models/worm.toml"), "name = 1").unwrap();
+        let error = draw(&run, &Options::default()).unwrap_err().to_string();
+        assert!(error.contains("worm.toml: damaged"), "{error}");
+    }
 }
