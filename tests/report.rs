@@ -136,16 +136,14 @@ fn a_report_works_from_the_disk_alone() {
 
     // Keys do what the page says.
     browser.run("document.querySelector('[data-viewer]').focus()");
-    for (key, expected) in [("Home", "first"), ("End", "last")] {
+    for (key, end) in [("Home", "min"), ("End", "max")] {
         browser.run(&format!(
-            "document.activeElement.dispatchEvent(new KeyboardEvent('keydown', {{ key: '{key}', bubbles: true }}))"
+            "document.activeElement.dispatchEvent(
+                new KeyboardEvent('keydown', {{ key: '{key}', bubbles: true }}))"
         ));
         browser.settle();
-        let side = if key == "Home" { "min" } else { "max" };
-        let at = browser.run(&format!(
-            "(({{ value, min, max }}) => Math.abs(value - ({{ min, max }}).{side}) < 1e-6)(document.querySelector('[data-part=slider]'))"
-        ));
-        assert_eq!(at, json!(true), "{expected}");
+        let off = "(({ value, END }) => Math.abs(value - END) < 1e-6)(document.querySelector('[data-part=slider]'))";
+        assert_eq!(browser.run(&off.replace("END", end)), json!(true), "{key}");
     }
 
     // The tables have the numbers of the files.
@@ -198,33 +196,26 @@ fn without_webgl_all_else_is_there() {
 
 #[test]
 fn names_are_text_wherever_they_stand() {
-    let nasty = "</script><i id='in'>&\"<!--";
+    let nasty = "</script><i id='in'>&<!--";
     let folder = tempfile::tempdir().unwrap();
     let model = fs::read_to_string(root().join("tests/models/crawler.toml")).unwrap();
-    let name = model.lines().find(|line| line.starts_with("name = ")).unwrap();
-    let escaped = nasty.replace('"', "\\\"");
-    // The robot's name, and with it that of a foot.
-    let model = model.replacen(name, &format!("name = \"{escaped}\""), 1);
-    let feet = model.lines().find(|line| line.starts_with("feet = ")).unwrap();
-    let foot = feet.split('"').nth(1).unwrap().to_owned();
-    let model = model.replace(
-        &format!("\"{foot}\""),
-        &format!("\"{}\"", nasty.replace('"', "\\\"").replace('/', "|")),
-    );
+    let model = model.replace("\"Crawler\"", &format!("\"{nasty}\""));
+    // Names of bodies have no slash.
+    let model = model.replace("\"forearm\"", "\"<i id='in'>&<!--\"");
     let path = folder.path().join("nasty.toml");
     fs::write(&path, model).unwrap();
     let run = folder.path().join("run <b>");
     let sets = [
-        format!("model={:?}", text(&path)),
-        format!("description=\"{escaped}\""),
+        format!("model=\"{}\"", text(&path)),
+        format!("description=\"{nasty}\""),
         "learning.updates=3".to_owned(),
     ];
     let sets: Vec<_> = sets.iter().flat_map(|set| ["--set", set]).collect();
     train(&run, &sets).ends(DONE);
     itarl(&["report", text(&run)]).ends(DONE);
-    let cell = fs::read_dir(run.join("cells")).unwrap().next().unwrap().unwrap().path();
     let page = folder.path().join("cell.html");
-    itarl(&["replay", text(&cell.join("seed=1")), "--html", text(&page)]).ends(DONE);
+    let cell = run.join("cells/xi=1/seed=1");
+    itarl(&["replay", text(&cell), "--html", text(&page)]).ends(DONE);
 
     let mut browser = Browser::start(true);
     for (page, heading) in [(&run.join("report.html"), "run <b>"), (&page, nasty)] {
@@ -239,35 +230,40 @@ fn names_are_text_wherever_they_stand() {
 #[test]
 fn damaged_cells_are_named_and_the_rest_is_shown() {
     let (_folder, run) = reported(&[]);
-    let cells: Vec<_> =
-        fs::read_dir(run.join("cells")).unwrap().map(|it| it.unwrap().path()).collect();
-    let replays: Vec<_> =
-        (1..=2).map(|seed| cells[0].join(format!("seed={seed}/replay.safetensors"))).collect();
-    for path in &replays {
-        let mut bytes = fs::read(path).unwrap();
+    let file = |cell: &str, name: &str| run.join("cells").join(cell).join(name);
+    for seed in ["seed=1", "seed=2"] {
+        let path = file(&format!("xi=0.75/{seed}"), "replay.safetensors");
+        let mut bytes = fs::read(&path).unwrap();
         let middle = bytes.len() / 2;
         bytes[middle] ^= 1;
         fs::write(path, bytes).unwrap();
     }
-    fs::write(cells[1].join("seed=1/metrics.csv"), "nonsense\n").unwrap();
-    let damaged = cells[1].file_name().unwrap().to_str().unwrap();
-    let said = itarl(&["report", text(&run)]).ends(FAILED);
-    said.complains(&["replay.safetensors: damaged", &format!("{damaged}/seed=1: left out: ")]);
-    let page = fs::read_to_string(run.join("report.html")).unwrap();
-    assert!(
-        page.contains("Left out, because it can&#39;t be read")
-            || page.contains("Left out, because it can't be read")
-    );
-    assert!(page.contains(&format!("{damaged}/seed=1")));
-    // Those of the other setting.
-    assert!(page.contains("data-part=\"clip\""));
-
-    let nothing = tempfile::tempdir().unwrap();
-    let empty = nothing.path().join("run");
-    train(&empty, &["--stop-after", "1"]).ends(STOPPED);
-    for cell in fs::read_dir(empty.join("cells")).unwrap() {
-        fs::remove_dir_all(cell.unwrap().path()).unwrap();
+    fs::write(file("xi=1/seed=1", "metrics.csv"), "nonsense\n").unwrap();
+    itarl(&["report", text(&run)]).ends(FAILED).complains(&[
+        "xi=0.75/seed=1: left out: ",
+        "replay.safetensors: damaged",
+        "xi=1/seed=1: left out: ",
+    ]);
+    let mut browser = Browser::start(true);
+    browser.open(&run.join("report.html"));
+    let problems = browser.text(".problems");
+    for cell in ["xi=0.75/seed=1", "xi=0.75/seed=2", "xi=1/seed=1"] {
+        assert!(problems.contains(&format!("{cell}: ")), "{problems}");
     }
-    itarl(&["report", text(&empty)]).ends(FAILED).complains(&["itarl resume"]);
-    assert!(!empty.join("report.html").exists());
+    let shown = "[...document.querySelectorAll('[data-part=clip] option')].map((it) => it.label.split(',')[0])";
+    assert_eq!(browser.run(shown), json!(["best and median of xi=1: seed 2"]));
+    let rows = "document.querySelectorAll('#table-instances tbody tr').length";
+    assert_eq!(browser.run(rows), json!(3));
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
+#[test]
+fn an_empty_run_says_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path().join("run");
+    train(&run, &["--stop-after", "1"]).ends(STOPPED);
+    fs::remove_dir_all(run.join("cells")).unwrap();
+    itarl(&["report", text(&run)]).ends(FAILED).complains(&["itarl resume"]);
+    itarl(&["report", text(folder.path())]).ends(FAILED).complains(&["not the folder of a run"]);
+    assert!(!run.join("report.html").exists());
 }
