@@ -204,7 +204,16 @@ impl Browser {
 }
 
 impl Drop for Browser {
+    /// Asks it to end, so that nothing of it writes to its profile any more when that's removed.
     fn drop(&mut self) {
+        let _ = self.requests.write_all(b"{\"id\":0,\"method\":\"Browser.close\"}\0");
+        let start = Instant::now();
+        while start.elapsed() < Duration::from_secs(10) {
+            if self.child.try_wait().is_ok_and(|ended| ended.is_some()) {
+                return;
+            }
+            thread::sleep(Duration::from_millis(20));
+        }
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
