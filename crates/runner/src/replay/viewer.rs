@@ -210,7 +210,10 @@ impl PackedModel {
         let rows = morphology.contacts().iter().enumerate().map(|(i, &body)| ContactRow {
             body,
             name: format!("{} {}", i + 1, bodies[body].name),
-            short: format!("foot {}", i + 1),
+            short: match morphology.feet().contains(&body) {
+                true => format!("foot {}", i + 1),
+                false => format!("part {}", i + 1),
+            },
         });
         Self { name: morphology.name().into(), bodies: packed.collect(), rows: rows.collect() }
     }
