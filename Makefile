@@ -13,12 +13,14 @@ ESBUILD := esbuild@0.28.2
 ASAN_SEQUENCES ?= 5000
 VALGRIND_SEQUENCES ?= 1500
 
-.PHONY: help demo test crash-test lint bench asan valgrind three setup
+.PHONY: help demo test crash-test lockstep-test verify-lockstep lint bench asan valgrind three setup
 
 help:
 	@echo "make demo      train Svenja for some minutes, and show what came out"
 	@echo "make test      all tests, with Bullet in single and double precision"
 	@echo "make crash-test  training killed at 200 random moments"
+	@echo "make lockstep-test  lanes against Bullet's own solver, longer than in make test"
+	@echo "make verify-lockstep  the same with Svenja, 100,000 steps a lane (half an hour or more)"
 	@echo "make lint      formatting and clippy, as strict as CI"
 	@echo "make bench     what things cost, beside plain code that does the same"
 	@echo "make asan      fuzzing with the C++ shim under AddressSanitizer"
@@ -40,12 +42,26 @@ test: PACKAGES += $(BROWSER)
 test: setup
 	cargo test --workspace
 	cargo test -p bullet --features float64
+	LOCKSTEP_STEPS=60 cargo test -p svenja --features float64 --test lockstep
 	cargo test -p svenja --no-default-features
 	cargo test --release -p crbm -p gpomdp -p infotheory
 
 # Killed at 200 random moments, and the same bytes in the end.
 crash-test: setup
 	CRASHES=200 cargo test --release -p runner --test crash
+
+# Every model for 20 s of its life, random robots and scenes by the thousand, in both precisions.
+lockstep-test: setup
+	LOCKSTEP_STEPS=2000 cargo test --release -p svenja --test lockstep
+	LOCKSTEP_STEPS=2000 cargo test --release -p svenja --features float64 --test lockstep
+	PROPTEST_CASES=5000 cargo test --release -p bullet --test lockstep
+	PROPTEST_CASES=5000 cargo test --release -p bullet --features float64 --test lockstep
+
+# Prints how many steps were compared, and what became of them.
+VERIFY_STEPS ?= 100000
+verify-lockstep: setup
+	LOCKSTEP_STEPS=$(VERIFY_STEPS) cargo test --release -p svenja --test lockstep -- \
+	  --exact svenja --nocapture
 
 lint: setup
 	cargo fmt --all --check

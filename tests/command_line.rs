@@ -145,7 +145,7 @@ fn status_tells_where_cells_stand() {
     train(&run, &["--stop-after", "0"]).ends(STOPPED);
     itarl(&["status", text(&run)]).ends(DONE).prints(&["4 cells: "]);
 
-    let long = ["--set", "learning.updates=100000", "--threads", "1"];
+    let long = ["--set", "learning.updates=100000", "--threads", "1", "--lanes", "1"];
     let run = folder.path().join("long run");
     let child = start(&train_words(&run, &long));
     let metrics = run.join("cells/xi=0.75/seed=1/metrics.csv");
@@ -276,9 +276,11 @@ fn rollouts_say_what_they_cannot_do() {
 #[test]
 fn a_bench_begins_with_a_plain_number() {
     let said = itarl(&["bench", CRAWLER, "--seconds", "0.2"]).ends(DONE);
-    let speed = said.out.lines().next().unwrap().strip_suffix(" control steps/s").unwrap();
+    let (speed, _) = said.out.split_once(" control steps/s with ").unwrap();
     assert!(speed.chars().all(|c| c.is_ascii_digit()) && speed.parse::<u64>().unwrap() > 0);
-    said.prints(&["\nphysics ", "\npolicy ", "\nrest ", "--solver bullet"]);
+    said.prints(&["  physics ", "  policy ", "  rest ", "  sweep ", "--solver bullet", "mode: "]);
+    itarl(&["bench", CRAWLER, "--seconds", "0.1", "--lanes", "3"])
+        .prints(&["with 3 cells in lanes"]);
     for seconds in ["-1", "nan", "inf"] {
         let words = ["bench", CRAWLER, &format!("--seconds={seconds}")];
         itarl(&words).ends(FAILED).complains(&["--seconds must be a length of time"]);

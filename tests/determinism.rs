@@ -1,5 +1,6 @@
-//! The same experiment gives the same bytes: however often it runs, over however many threads, in
-//! a sweep or alone, in one go or in many, to its end at once or extended.
+//! The same experiment gives the same bytes: however often it runs, over however many threads and
+//! lanes and by whichever solver, in a sweep or alone, in one go or in many, to its end at once or
+//! extended.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 mod common;
@@ -20,7 +21,7 @@ fn trained(name: &str, more: &[&str]) -> BTreeMap<String, Vec<u8>> {
 }
 
 #[test]
-fn two_runs_and_any_number_of_threads_agree() {
+fn any_number_of_threads_and_lanes_and_either_solver_agree() {
     let one = trained("run", &["--threads", "1"]);
     let names: Vec<_> = ["xi=0.75", "xi=1"]
         .iter()
@@ -29,6 +30,15 @@ fn two_runs_and_any_number_of_threads_agree() {
         .collect();
     assert_eq!(one.keys().cloned().collect::<Vec<_>>(), names);
     assert_same(&one, &trained("elsewhere", &["--threads", "3"]));
+    // Nor does it matter who steps the worlds, and how many cells are stepped together.
+    for how in [
+        &["--solver", "bullet"][..],
+        &["--solver", "lockstep", "--lanes", "1"],
+        &["--lanes", "3", "--threads", "1"],
+        &["--lanes", "2", "--threads", "2"],
+    ] {
+        assert_same(&one, &trained("run", how));
+    }
     // Bytes that no setting changes would agree, too.
     for file in FILES {
         let of = |cell: &str| &one[&format!("{cell}/{file}")];
@@ -113,4 +123,5 @@ fn svenja_too() {
     assert_eq!(through.len(), 2 * FILES.len());
     run("cut", &["--stop-after", "1"], STOPPED);
     assert_same(&run("cut", &["--threads", "2"], DONE), &through);
+    assert_same(&run("stock", &["--solver", "bullet"], DONE), &through);
 }

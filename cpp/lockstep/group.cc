@@ -41,7 +41,14 @@ std::size_t lanes_of(std::uint8_t instructions) noexcept {
   return std::size_t(lockstep::most_lanes(instructions_of(instructions)));
 }
 
-void Lockstep::enlist(World& world) { states_.push_back(&world.state()); }
+void Lockstep::expect(std::size_t count) {
+  states_.clear();
+  states_.reserve(count);
+}
+
+void Lockstep::enlist(World& world) noexcept {
+  if (states_.size() < states_.capacity()) states_.push_back(&world.state());
+}
 
 void Lockstep::step() {
   std::vector<State*> states;
@@ -89,7 +96,7 @@ void Lockstep::study(const State& state) {
 
 void Lockstep::step_some(State** states, std::optional<Refusal>* results, std::size_t count) {
   while (lanes_.size() < count) lanes_.push_back(std::make_unique<Lane>());
-  std::vector<Lane*> waiting;
+  waiting_.clear();
   const auto start = Clock::now();
   for (std::size_t i = 0; i < count; ++i) {
     State& state = *states[i];
@@ -105,19 +112,23 @@ void Lockstep::step_some(State** states, std::optional<Refusal>* results, std::s
       ++uncovered_;
       state.solver.iterate();
     } else {
-      waiting.push_back(lanes_[i].get());
+      waiting_.push_back(lanes_[i].get());
     }
   }
   begin_ += Clock::now() - start;
-  while (!waiting.empty()) {
-    std::vector<Lane*> alike;
-    const Lane* const first = waiting.front();
-    const auto rest = std::stable_partition(waiting.begin(), waiting.end(), [&](const Lane* lane) {
-      return lane->signature() == first->signature();
-    });
-    alike.assign(waiting.begin(), rest);
-    waiting.erase(waiting.begin(), rest);
-    sweep_alike(alike);
+  while (!waiting_.empty()) {
+    const Lane& first = *waiting_.front();
+    alike_.clear();
+    std::size_t others = 0;
+    for (Lane* const lane : waiting_) {
+      if (lane->signature() == first.signature()) {
+        alike_.push_back(lane);
+      } else {
+        waiting_[others++] = lane;
+      }
+    }
+    waiting_.resize(others);
+    sweep_alike();
   }
   const auto swept = Clock::now();
   for (std::size_t i = 0; i < count; ++i) {
@@ -133,7 +144,8 @@ void Lockstep::step_some(State** states, std::optional<Refusal>* results, std::s
   end_ += Clock::now() - swept;
 }
 
-void Lockstep::sweep_alike(std::vector<Lane*>& lanes) {
+void Lockstep::sweep_alike() {
+  std::vector<Lane*>& lanes = alike_;
   const auto start = Clock::now();
   const auto [width, run] = lockstep::choose_sweep(instructions_, int(lanes.size()));
   Layout& layout = layout_for(*lanes.front(), width);

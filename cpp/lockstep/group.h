@@ -23,7 +23,9 @@ class Lockstep {
   explicit Lockstep(std::uint8_t instructions);
   ~Lockstep();
 
-  void enlist(World& world);
+  // Makes room, so that enlist() can't fail.
+  void expect(std::size_t count);
+  void enlist(World& world) noexcept;
   // Steps all enlisted worlds, then forgets them. Throws if they don't match; none is then stepped.
   void step();
   // Throws what became of the world that was enlisted as the `index`th.
@@ -33,7 +35,7 @@ class Lockstep {
 
  private:
   void step_some(State** states, std::optional<Refusal>* results, std::size_t count);
-  void sweep_alike(std::vector<lockstep::Lane*>& lanes);
+  void sweep_alike();
   lockstep::Layout& layout_for(const lockstep::Lane& lane, int width);
   void study(const State& state);
 
@@ -44,6 +46,8 @@ class Lockstep {
   std::uint64_t structure_ = 0;
   std::vector<std::uint32_t> movers_;
   std::vector<std::unique_ptr<lockstep::Lane>> lanes_;
+  // Of worlds whose rows are ready, and those of them that go into one sweep.
+  std::vector<lockstep::Lane*> waiting_, alike_;
   std::vector<std::unique_ptr<lockstep::Layout>> layouts_;
   lockstep::Packing packing_;
   std::uint64_t swept_ = 0, sweeps_ = 0, idle_ = 0, apart_ = 0, uncovered_ = 0, doubtful_ = 0,

@@ -10,15 +10,13 @@ namespace itarl::lockstep {
 
 namespace {
 
-constexpr int kMostSlots = 32;
-
 Kind kind_of(const Layout::Form& form) {
   if (form.angular) return form.free ? Kind::AngularFree : Kind::Angular;
   if (form.full) return form.free ? Kind::FullFree : Kind::Full;
   return Kind::General;
 }
 
-// Hands out places within one part of each page of memory.
+// Hands out places within one part of each page of memory, which must be as long as what is taken.
 class Shelf {
  public:
   Shelf(std::uint32_t page, std::uint32_t begin, std::uint32_t end)
@@ -38,6 +36,11 @@ class Shelf {
   std::uint32_t page_, begin_, end_, next_;
 };
 
+// Half a page of memory, in vectors: 32 at least.
+std::uint32_t page_part(int lanes) {
+  return std::uint32_t(2048 / (sizeof(Scalar) * std::size_t(lanes)));
+}
+
 }  // namespace
 
 Layout::Layout(Signature signature, std::uint32_t bodies, int frictions, bool interleaved,
@@ -47,14 +50,13 @@ Layout::Layout(Signature signature, std::uint32_t bodies, int frictions, bool in
       frictions_(frictions),
       interleaved_(interleaved),
       lanes_(lanes),
-      slots_(signature_.joints.size(), 0),
-      forms_(signature_.joints.size(), std::vector<Form>(kMostSlots)),
+      forms_(signature_.joints.size()),
       contacts_of_(bodies, 0),
       first_contact_(bodies, 0) {}
 
-void Layout::need_slots(std::uint32_t joint, Slots slots) {
-  if ((slots & ~slots_[joint]) == 0) return;
-  slots_[joint] |= slots;
+void Layout::need_rows(std::uint32_t joint, std::uint32_t count) {
+  if (count <= forms_[joint].size()) return;
+  forms_[joint].resize(count);
   settled_ = false;
 }
 
@@ -74,7 +76,7 @@ void Layout::settle() {
   list_rows();
   runs_.clear();
   for (std::uint32_t i = 0; i < placed_.size(); ++i) {
-    if (placed_[i].shares) {
+    if (placed_[i].shares || goes_on(i)) {
       ++runs_.back().count;
     } else {
       runs_.push_back({i, 1});
@@ -89,13 +91,12 @@ void Layout::settle() {
 
 void Layout::list_rows() {
   placed_.clear();
-  for (std::uint32_t joint = 0; joint < slots_.size(); ++joint) {
+  for (std::uint32_t joint = 0; joint < forms_.size(); ++joint) {
     bool shares = false;  // whether a row could share with the one before
-    for (std::uint32_t slot = 0; slot < kMostSlots; ++slot) {
-      if ((slots_[joint] >> slot & 1) == 0) continue;
-      const Form& form = forms_[joint][slot];
+    for (std::uint32_t i = 0; i < forms_[joint].size(); ++i) {
+      const Form& form = forms_[joint][i];
       shares = shares && form.angular && form.shares;
-      placed_.push_back({kind_of(form), joint, slot, 0, 0, 0, shares});
+      placed_.push_back({kind_of(form), joint, i, 0, 0, 0, shares});
       if (shares) {
         // A run is limited as a whole: what has no limits has some that are never reached.
         placed_.back().kind = Kind::Angular;
@@ -133,7 +134,18 @@ void Layout::list_rows() {
   }
 }
 
-// A run of rows that share a Jacobian is one, since nothing may come between them.
+// Whether a row without limits is swept in one go with the one before. That saves reading and writing
+// velocities, which counts where vectors are wide; with few lanes it pays more to fill the waits in
+// between with other rows.
+bool Layout::goes_on(std::uint32_t row) const {
+  if (lanes_ * sizeof(Scalar) < 32 || row == 0 || row >= joint_row_count_) return false;
+  // A run's Jacobians must fit into their part of a page.
+  if (runs_.back().count == page_part(lanes_) / jacobian_block(Kind::FullFree)) return false;
+  const PlacedRow &one = placed_[row - 1], &other = placed_[row];
+  return one.kind == Kind::FullFree && other.kind == Kind::FullFree && one.owner == other.owner;
+}
+
+// Nothing may come between the rows of a run, so a run counts as one.
 std::vector<Touch> Layout::touches() const {
   std::vector<Touch> touches;
   for (const Run& run : runs_) {
@@ -154,9 +166,9 @@ std::vector<Touch> Layout::touches() const {
 // And since that place is also the place in the nearest cache, what is read once an iteration
 // doesn't drive out there what is read all the time.
 void Layout::place_rows() {
-  const auto page = std::uint32_t(4096 / (sizeof(Scalar) * std::size_t(lanes_)));
-  Shelf written(page, 0, page / 2);
-  Shelf read(page, page / 2, page);
+  const std::uint32_t part = page_part(lanes_);
+  Shelf written(2 * part, 0, part);
+  Shelf read(2 * part, part, 2 * part);
   body_places_.clear();
   for (std::uint32_t body = 0; body <= bodies_; ++body) {
     body_places_.push_back(written.take(kBodyBlock));
@@ -164,12 +176,14 @@ void Layout::place_rows() {
   for (const std::uint32_t i : order_) {
     const Run& run = runs_[i];
     const Kind kind = placed_[run.first].kind;
-    const std::uint32_t jacobian = read.take(jacobian_block(kind));
+    // Rows about one axis share a Jacobian; others have each its own.
+    const std::uint32_t each = is_angular(kind) ? 0 : jacobian_block(kind);
+    const std::uint32_t jacobian = read.take(jacobian_block(kind) + each * (run.count - 1));
     const std::uint32_t target = read.take(target_block(kind) * run.count);
     const std::uint32_t applied = written.take(run.count);
     for (std::uint32_t k = 0; k < run.count; ++k) {
       PlacedRow& row = placed_[run.first + k];
-      row.jacobian = jacobian;
+      row.jacobian = jacobian + k * each;
       row.target = target + k * target_block(kind);
       row.applied = applied + k;
     }

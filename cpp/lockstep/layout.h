@@ -1,10 +1,10 @@
 // Where the rows of worlds that are built alike lie, and in which order they're swept.
 //
 // Worlds share a layout if the solver has their joints in the same order (Bullet's sort is
-// unstable, and depends on what touches what). Within a joint, rows line up by slot; a world
-// without a row in a slot has zeros there, which change nothing. So do contacts: each moving body
-// has as many slots as its busiest world has contacts. Only worlds in which two moving bodies touch
-// need the same contacts, in the same order.
+// unstable, and depends on what touches what). A joint has as many rows as in the world where it has
+// most; a world that has fewer, as one that is off a hinge's stop, has zeros in the last ones, which
+// change nothing. So with contacts: each moving body has as many as in its busiest world. Only worlds
+// in which two moving bodies touch need the same contacts, in the same order.
 #pragma once
 
 #include <cstdint>
@@ -14,9 +14,6 @@
 #include "lockstep/schedule.h"
 
 namespace itarl::lockstep {
-
-// A joint's slots are bits of a word: Bullet's have at most 24 rows.
-using Slots = std::uint32_t;
 
 // Bodies are counted among those that move, in the order of their slots in the world.
 struct JointKey {
@@ -46,7 +43,7 @@ struct Signature {
 struct PlacedRow {
   Kind kind;
   std::uint32_t owner;        // index of its joint, or of its contact
-  std::uint32_t part;         // slot in its joint; 0 for a contact, else 1 + which friction row
+  std::uint32_t part;         // number in its joint; 0 for a contact, else 1 + which friction row
   std::uint32_t jacobian;     // places, as in Row
   std::uint32_t target;
   std::uint32_t applied;
@@ -62,7 +59,7 @@ class Layout {
   int lanes() const { return lanes_; }
 
   // Makes room for a joint's rows, or for a body's contacts. Places change if there was none.
-  void need_slots(std::uint32_t joint, Slots slots);
+  void need_rows(std::uint32_t joint, std::uint32_t count);
   void need_contacts(std::uint32_t body, std::uint32_t count);
 
   // What a joint's row was found to be. It begins as the most special form and only becomes more
@@ -82,7 +79,7 @@ class Layout {
   // In Bullet's order: rows of joints, then of contacts.
   const std::vector<PlacedRow>& rows() const { return placed_; }
   std::size_t joint_row_count() const { return joint_row_count_; }
-  // The rows to sweep, without the slots that no world uses: `contacts` by body.
+  // The rows to sweep, without contacts that no world has: `contacts` is their number by body.
   void rows_in_order(const std::vector<std::uint32_t>& contacts, std::vector<Row>& out) const;
 
   std::uint32_t body_count() const { return bodies_; }
@@ -103,6 +100,7 @@ class Layout {
     std::uint32_t a, b, number;  // number among the body's contacts
   };
   void list_rows();
+  bool goes_on(std::uint32_t row) const;
   std::vector<Touch> touches() const;
   void place_rows();
   void order_rows(const std::vector<Touch>& touches);
@@ -114,8 +112,7 @@ class Layout {
   int lanes_;
   bool settled_ = false;
   std::vector<std::uint32_t> body_places_;      // the last one is of what never moves
-  std::vector<Slots> slots_;                    // by joint
-  std::vector<std::vector<Form>> forms_;        // by joint and slot
+  std::vector<std::vector<Form>> forms_;        // by joint and row
   std::vector<std::uint32_t> contacts_of_;      // by body
   std::vector<std::uint32_t> first_contact_;    // by body
   std::vector<Slot> contacts_;

@@ -36,13 +36,28 @@ const btSolverBody& no_body() {
   return *reinterpret_cast<const btSolverBody*>(zeros.data());
 }
 
-bool is_zero(const btVector3& v) { return v.x() == 0 && v.y() == 0 && v.z() == 0; }
-bool are_opposite(const btVector3& a, const btVector3& b) {
-  return a.x() == -b.x() && a.y() == -b.y() && a.z() == -b.z();
+// Of the three numbers of each vector; zeros of either sign are alike.
+#if defined(__SSE2__) && !defined(ITARL_FLOAT64)
+__m128 load(const btVector3& v) { return _mm_load_ps(v.m_floats); }
+bool all(__m128 mask) { return (_mm_movemask_ps(mask) & 7) == 7; }
+bool are_zero(const btVector3& a, const btVector3& b) {
+  const __m128 zero = _mm_setzero_ps();
+  return all(_mm_and_ps(_mm_cmpeq_ps(load(a), zero), _mm_cmpeq_ps(load(b), zero)));
 }
+bool are_opposite(const btVector3& a, const btVector3& b) {
+  return all(_mm_cmpeq_ps(load(a), _mm_xor_ps(load(b), _mm_set1_ps(-0.f))));
+}
+bool are_same(const btVector3& a, const btVector3& b) { return all(_mm_cmpeq_ps(load(a), load(b))); }
+#else
 bool are_same(const btVector3& a, const btVector3& b) {
   return a.x() == b.x() && a.y() == b.y() && a.z() == b.z();
 }
+bool are_zero(const btVector3& a, const btVector3& b) {
+  const btVector3 zero(0, 0, 0);
+  return are_same(a, zero) && are_same(b, zero);
+}
+bool are_opposite(const btVector3& a, const btVector3& b) { return are_same(a, -b); }
+#endif
 
 // Four numbers of each world become one vector for each number.
 template <int W, typename Source>
@@ -101,23 +116,16 @@ void Lane::read_joints() {
   auto& pool = solver_->joint_rows();
   signature_.joints.clear();
   first_row_.clear();
-  slots_.clear();
+  row_counts_.clear();
   int row = 0;
   for (std::size_t i = 0; i < constraints.size(); ++i) {
     const int rows = solver_->rows_of(int(i));
     if (rows == 0) continue;
-    Slots slots = (Slots{1} << rows) - 1;
-    if (constraints[i]->getConstraintType() == SLIDER_CONSTRAINT_TYPE) {
-      // Four rows, then one for the linear stop or motor and one for the angular, if needed.
-      auto& slider = static_cast<btSliderConstraint&>(*constraints[i]);
-      const bool linear = slider.getSolveLinLimit() || slider.getPoweredLinMotor();
-      if (!linear && rows == 5) slots = 0b101111;
-    }
     signature_.joints.push_back({std::uint32_t(constraints[i]->getUserConstraintId()),
                                  mover(pool[row].m_solverBodyIdA),
                                  mover(pool[row].m_solverBodyIdB)});
     first_row_.push_back(std::uint32_t(row));
-    slots_.push_back(slots);
+    row_counts_.push_back(std::uint32_t(rows));
     row += rows;
   }
   for (int i = 0; i < row; ++i) {
@@ -157,9 +165,8 @@ void Lane::assign_rows(const Layout& layout) {
       solver_->joint_rows().size() > 0 ? &solver_->joint_rows()[0] : nullptr;
   std::size_t i = 0;
   for (std::uint32_t joint = 0; i < layout.joint_row_count(); ++joint) {
-    const btSolverConstraint* next = joints + first_row_[joint];
     for (; i < layout.joint_row_count() && rows[i].owner == joint; ++i) {
-      if (slots_[joint] >> rows[i].part & 1) rows_[i] = next++;
+      if (rows[i].part < row_counts_[joint]) rows_[i] = joints + first_row_[joint] + rows[i].part;
     }
   }
 
@@ -188,7 +195,7 @@ void Packing::pack(Layout& layout, std::vector<Lane*>& lanes, int width) {
   contacts_now_.assign(layout.body_count(), 0);
   for (const Lane* lane : lanes_) {
     for (std::uint32_t i = 0; i < lane->signature().joints.size(); ++i) {
-      layout.need_slots(i, lane->slots(i));
+      layout.need_rows(i, lane->rows(i));
     }
     for (std::uint32_t body = 0; body < layout.body_count() && !layout.lists_contacts(); ++body) {
       contacts_now_[body] = std::max(contacts_now_[body], lane->contacts(body));
@@ -262,16 +269,15 @@ bool Packing::pack_rows(Layout& layout) {
         const bool absent = from[lane] == &no_row();
         const bool rigid = c.m_cfm == 0;
         if (form.angular) {
-          form.angular = rigid && is_zero(c.m_contactNormal1) && is_zero(c.m_contactNormal2) &&
+          form.angular = rigid && are_zero(c.m_contactNormal1, c.m_contactNormal2) &&
                          are_opposite(c.m_relpos1CrossNormal, c.m_relpos2CrossNormal);
         }
         if (!form.angular && form.full) {
           form.full = rigid && are_opposite(c.m_contactNormal1, c.m_contactNormal2);
         }
         if (form.free) {
-          // In a slot without a row, limits of 0 keep a shared Jacobian from doing anything.
-          form.free = absent ? !row.shares
-                             : c.m_lowerLimit <= -SIMD_INFINITY && c.m_upperLimit >= SIMD_INFINITY;
+          form.free = absent ||
+                      (c.m_lowerLimit <= -SIMD_INFINITY && c.m_upperLimit >= SIMD_INFINITY);
         }
         if (row.shares && form.shares && !absent) {
           form.shares = are_same(c.m_relpos1CrossNormal, previous[lane]->m_relpos1CrossNormal);

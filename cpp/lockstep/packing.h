@@ -30,7 +30,7 @@ class Lane {
   const char* uncovered() const { return uncovered_; }
   const Signature& signature() const { return signature_; }
   CutSolver& solver() const { return *solver_; }
-  Slots slots(std::uint32_t joint) const { return slots_[joint]; }
+  std::uint32_t rows(std::uint32_t joint) const { return row_counts_[joint]; }
   // How many contacts a body has, if no two moving bodies touch.
   std::uint32_t contacts(std::uint32_t body) const { return contacts_[body]; }
 
@@ -57,7 +57,7 @@ class Lane {
   std::vector<btSolverBody*> bodies_;       // by mover; null if not in the pool
   std::vector<std::uint32_t> mover_of_;     // by solver body
   std::vector<std::uint32_t> first_row_;    // by joint, in joint_rows()
-  std::vector<Slots> slots_;                // by joint
+  std::vector<std::uint32_t> row_counts_;   // by joint
   std::vector<std::uint32_t> contacts_;     // by mover
   std::vector<ContactKey> pairs_;           // by contact of the pool
   std::vector<std::uint32_t> seen_;         // contacts by mover, while they're assigned

@@ -23,7 +23,7 @@ namespace itarl::lockstep {
 enum class Kind : std::uint8_t {
   AngularFree,  // n1 = n2 = 0, r2 = -r1, cfm = 0, no limits
   Angular,      // the same with limits: one row, or more with the same r1
-  FullFree,     // n2 = -n1, cfm = 0, no limits
+  FullFree,     // n2 = -n1, cfm = 0, no limits: one row, or more of a joint
   Full,         // the same with limits
   General,      // anything
   Contact,      // one moving body; the impulse is at least 0
@@ -35,10 +35,10 @@ enum class Kind : std::uint8_t {
 // Places are counted in vectors of all lanes.
 struct Row {
   Kind kind;
-  std::uint8_t count;      // 1, or how many rows a run about one axis has
+  std::uint8_t count;      // 1, or how many rows a run has
   std::uint32_t a, b;      // of the bodies' blocks
-  std::uint32_t jacobian;  // of what a run shares
-  std::uint32_t target;    // of the right-hand side and what goes with it; a run's are in a row
+  std::uint32_t jacobian;  // of what doesn't change, and what a run of Angular rows shares
+  std::uint32_t target;    // of the right-hand side and what goes with it; those of a run follow each other
   std::uint32_t applied;   // of the impulse so far, the one thing in a row that changes
   std::uint32_t contact;   // of the impulse of a friction row's contact
 };

@@ -20,7 +20,7 @@ Cost cost_of(const Touch& row) {
     case Kind::Angular:  // mostly one of a run acts
       return {46 + 12 * int(row.count - 1), 17 + 8 * int(row.count - 1)};
     case Kind::FullFree:
-      return {40, 26};
+      return {40 * int(row.count), 26 * int(row.count)};
     case Kind::Full:
       return {50, 29};
     case Kind::Contact:

@@ -331,8 +331,10 @@ pub mod ffi {
         fn has_instructions(instructions: u8) -> bool;
         fn lanes_of(instructions: u8) -> usize;
         fn new_lockstep(instructions: u8) -> Result<UniquePtr<Lockstep>>;
+        fn expect(self: Pin<&mut Lockstep>, count: usize) -> Result<()>;
         /// # Safety
-        /// The world must live, and nothing else use it, until `step` or until this is dropped.
+        /// The world must live, and nothing else use it, until `step` or until this is dropped. More
+        /// worlds than were expected are left out.
         unsafe fn enlist(self: Pin<&mut Lockstep>, world: Pin<&mut World>);
         fn step(self: Pin<&mut Lockstep>) -> Result<()>;
         fn result(self: &Lockstep, index: usize) -> Result<()>;
@@ -344,8 +346,9 @@ pub mod ffi {
 /// One step of all worlds.
 pub(crate) fn step_together<'a>(
     mut lockstep: Pin<&mut ffi::Lockstep>,
-    worlds: impl Iterator<Item = Pin<&'a mut ffi::World>>,
+    worlds: impl ExactSizeIterator<Item = Pin<&'a mut ffi::World>>,
 ) -> Result<(), cxx::Exception> {
+    lockstep.as_mut().expect(worlds.len())?;
     for world in worlds {
         // SAFETY: the iterator's borrows are exclusive and outlive this function, and `step`
         // forgets the worlds whether it succeeds or not.

@@ -79,6 +79,7 @@ impl From<cxx::Exception> for Error {
                 },
                 _ => Error::Cpp(record.into()),
             },
+            ["I", reason] => Error::Cpp(reason.into()),
             ["S", reason] => SnapshotError::Malformed(reason.into()).into(),
             _ => Error::Cpp(record.into()),
         }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint, builder::PossibleValuesParser};
 use clap_complete::Shell;
 
-use crate::plots::FIGURES;
+use crate::{plots::FIGURES, training::SolverKind};
 
 /// Trains simulated robots whose reward mixes a task with the information in their own sensors.
 #[derive(Debug, Parser)]
@@ -99,7 +99,7 @@ The page, pictures and films need no display and no GPU where they're made.")]
     /// Check or show model files
     #[command(subcommand)]
     Model(Model),
-    /// Measure the training loop on one core
+    /// Measure the training loop on one core, in lanes and with Bullet's own solver by turns
     #[command(after_help = "Example:
   itarl bench --seconds 10")]
     Bench(Bench),
@@ -169,6 +169,9 @@ pub struct Cell {
     /// Stop after so many updates
     #[arg(long, value_name = "UPDATES")]
     pub stop_after: Option<u64>,
+    /// Who steps the world
+    #[arg(long, value_enum, default_value_t)]
+    pub solver: SolverKind,
 }
 
 /// What was learned.
@@ -223,12 +226,18 @@ pub struct Updates {
     pub last: u64,
 }
 
-/// How training is done.
+/// How training is done. Nothing of it changes a result.
 #[derive(Debug, Args)]
 pub struct Work {
-    /// Cells trained at a time [default: one a core]
+    /// Threads [default: one a core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
+    /// Cells that a thread steps at a time [default: as many as the solver has lanes]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub lanes: Option<u16>,
+    /// Who steps the worlds
+    #[arg(long, value_enum, default_value_t)]
+    pub solver: SolverKind,
     /// Stop each cell after so many updates in this call
     #[arg(long, value_name = "UPDATES")]
     pub stop_after: Option<u64>,
@@ -333,6 +342,9 @@ pub struct Bench {
     /// For how long, about
     #[arg(long, default_value_t = 10.0)]
     pub seconds: f64,
+    /// Cells stepped at a time [default: as many as there are lanes]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub lanes: Option<u16>,
 }
 
 impl std::str::FromStr for Size {

@@ -1,13 +1,17 @@
 //! Worlds stepped in lanes have the bits of worlds stepped alone by Bullet's own solver: every
 //! model, every set of vector instructions that this machine has, any number of worlds.
 //!
-//! `LOCKSTEP_STEPS` makes it longer than the 300 steps of every test run (`make verify-lockstep`).
+//! `LOCKSTEP_STEPS` makes it longer than the 300 steps of every test run. `make lockstep-test` has
+//! 2,000 with all models, `make verify-lockstep` 100,000 with Svenja.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use std::{env, path::Path};
 
-use bullet::{BodyState, Contact, Instructions, JointState, Lockstep, Push, World, WorldSettings};
+use bullet::{
+    BodyState, Contact, Instructions, JointState, Lockstep, LockstepCounts, Push, World,
+    WorldSettings,
+};
 use nalgebra::Vector3;
 use rand_pcg::{
     Pcg64Mcg,
@@ -124,28 +128,36 @@ fn check(model: &str) {
     let expected: Vec<Vec<u64>> = (0..WORLDS).map(|i| alone(&morphology, i, n)).collect();
     for instructions in Instructions::ALL.into_iter().filter(|it| it.are_available()) {
         for count in [1, 3, 8, 16, 20] {
-            let mut group: Vec<_> = (0..count).map(|i| Rehearsal::new(&morphology, i)).collect();
-            let mut lockstep = Lockstep::with(instructions).unwrap();
-            let (mut reader, mut results) = (Reader::default(), Vec::new());
-            for step in 0..n {
-                group.iter_mut().for_each(Rehearsal::prepare);
-                let mut worlds: Vec<&mut World> =
-                    group.iter_mut().map(|it| &mut it.world).collect();
-                lockstep.step(&mut worlds, &mut results).unwrap();
-                for (i, rehearsal) in group.iter().enumerate() {
-                    results[i].as_ref().unwrap();
-                    assert!(
-                        reader.hash(&rehearsal.world) == expected[i][step],
-                        "{model}, {instructions:?}, world {i} of {count}: other bits after step {}",
-                        step + 1
-                    );
-                }
-            }
-            let counts = lockstep.counts();
+            let what = format!("{model}, {instructions:?}, {count} worlds");
+            let counts = together(&morphology, instructions, &expected[..count], &what);
+            println!("{what}: {counts:?}");
             // Or nothing was compared.
-            assert!(counts.swept * 10 > (n * count) as u64 * 9, "{model}: {counts:?}");
+            assert!(counts.swept * 10 > (n * count) as u64 * 9, "{what}: {counts:?}");
         }
     }
+}
+
+/// Steps worlds together, and compares them with what each does alone.
+fn together(
+    morphology: &Morphology,
+    instructions: Instructions,
+    expected: &[Vec<u64>],
+    what: &str,
+) -> LockstepCounts {
+    let mut group: Vec<_> = (0..expected.len()).map(|i| Rehearsal::new(morphology, i)).collect();
+    let mut lockstep = Lockstep::with(instructions).unwrap();
+    let (mut reader, mut results) = (Reader::default(), Vec::new());
+    for step in 0..expected[0].len() {
+        group.iter_mut().for_each(Rehearsal::prepare);
+        let mut worlds: Vec<&mut World> = group.iter_mut().map(|it| &mut it.world).collect();
+        lockstep.step(&mut worlds, &mut results).unwrap();
+        for (i, rehearsal) in group.iter().enumerate() {
+            results[i].as_ref().unwrap();
+            let same = reader.hash(&rehearsal.world) == expected[i][step];
+            assert!(same, "{what}: other bits in world {i} after step {}", step + 1);
+        }
+    }
+    lockstep.counts()
 }
 
 macro_rules! models {

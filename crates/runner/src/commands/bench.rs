@@ -1,4 +1,8 @@
-//! `itarl bench`: what the training loop takes, on one core.
+//! `itarl bench`: what the training loop takes on one core, in lanes and with Bullet's own solver.
+//!
+//! Both take turns, a block of control steps each, in one process: machines are shared, and only
+//! ratios of neighbouring blocks mean something. For the machine's mode, by load and by clock, the
+//! time of a step of Bullet's own stands.
 
 use std::{
     path::Path,
@@ -12,11 +16,14 @@ use super::{Outcome, say};
 use crate::{
     cli::Bench,
     experiment::{Experiment, Plan},
-    session::Session,
+    session::{Session, Solver, control_step},
 };
 
 /// The paper's settings with its robot, which the program carries with it.
 const SVENJA: &str = include_str!("../../../../models/svenja.toml");
+
+/// Control steps in a row.
+const BLOCK: u64 = 10;
 
 pub(super) fn bench(arguments: &Bench) -> anyhow::Result<Outcome> {
     let (experiment, morphology) = match &arguments.file {
@@ -27,28 +34,131 @@ pub(super) fn bench(arguments: &Bench) -> anyhow::Result<Outcome> {
             (experiment, Morphology::parse("models/svenja.toml", SVENJA)?)
         }
     };
-    let mut session = Session::start(&experiment, &morphology, 1)?;
     let length = Duration::try_from_secs_f64(arguments.seconds)
         .context("--seconds must be a length of time, as in --seconds 10")?;
-    let before = session.times();
+    let lockstep = Solver::lockstep()?;
+    let lanes = arguments.lanes.map_or(lockstep.lanes(), usize::from);
+    let sessions = |n| {
+        (1..=n as u64)
+            .map(|seed| Session::build(&experiment, &morphology, seed))
+            .collect::<Result<Vec<_>, _>>()
+    };
+    let mut in_lanes = Crew::begin(lockstep, sessions(lanes)?)?;
+    let mut alone = Crew::begin(Solver::bullet(), sessions(1)?)?;
+    let mut ratios = Vec::new();
     let start = Instant::now();
-    let mut steps = 0;
-    while steps == 0 || start.elapsed() < length {
-        session.update()?;
-        steps += experiment.learning.steps_per_update;
+    while ratios.is_empty() || start.elapsed() < length {
+        let (ours, theirs) = (in_lanes.run()?, alone.run()?);
+        ratios.push(theirs / ours);
     }
-    let total = start.elapsed();
-    let [physics, policy] = session.times();
-    let (physics, policy) = (physics - before[0], policy - before[1]);
-    say(format_args!("{:.0} control steps/s", steps as f64 / total.as_secs_f64()))?;
-    let parts = [("physics", physics), ("policy", policy), ("rest", total - physics - policy)];
-    for (name, time) in parts {
-        let microseconds = 1e6 * time.as_secs_f64() / steps as f64;
-        let share = 100.0 * time.as_secs_f64() / total.as_secs_f64();
-        say(format_args!("{name:8} {microseconds:8.1} us a control step, {share:4.1} %"))?;
+    ratios.sort_by(f64::total_cmp);
+
+    let physics_steps = experiment.physics_steps_per_control_step() as f64;
+    let instructions = in_lanes.solver.instructions().map_or("", bullet::Instructions::name);
+    say(format_args!(
+        "{:.0} control steps/s with {lanes} cells in lanes ({instructions}), {:.0} with --solver \
+         bullet: {:.2} times as many",
+        in_lanes.rate(),
+        alone.rate(),
+        ratios[ratios.len() / 2]
+    ))?;
+    in_lanes.report("in lanes")?;
+    let times = in_lanes.solver.times();
+    let parts = [
+        ("begin", times.begin),
+        ("pack", times.pack),
+        ("sweep", times.sweep),
+        ("unpack", times.unpack),
+        ("end", times.end),
+    ];
+    for (name, seconds) in parts {
+        let steps = in_lanes.all_steps as f64 * physics_steps;
+        say(format_args!("    {name:6} {:8.1} us a physics step", 1e6 * seconds / steps))?;
     }
-    say("solver: Bullet's own, 1.00 times --solver bullet (there is no other yet)")?;
+    alone.report("with --solver bullet")?;
+    say(format_args!(
+        "the machine's mode: {:.0} us for a physics step of Bullet's own",
+        1e6 * alone.physics.as_secs_f64() / (alone.steps as f64 * physics_steps)
+    ))?;
     Ok(Outcome::Done)
+}
+
+/// Cells that are stepped together, and what that took.
+struct Crew {
+    solver: Solver,
+    sessions: Vec<Session>,
+    /// Control steps of all cells: those measured, and those with the ones in which they settled.
+    steps: u64,
+    all_steps: u64,
+    total: Duration,
+    physics: Duration,
+    policy: Duration,
+}
+
+impl Crew {
+    fn begin(solver: Solver, sessions: Vec<Session>) -> anyhow::Result<Self> {
+        let mut crew = Self {
+            solver,
+            sessions,
+            steps: 0,
+            all_steps: 0,
+            total: Duration::ZERO,
+            physics: Duration::ZERO,
+            policy: Duration::ZERO,
+        };
+        while crew.sessions.iter().any(Session::is_settling) {
+            crew.step()?;
+        }
+        Ok(crew)
+    }
+
+    fn step(&mut self) -> anyhow::Result<()> {
+        let mut sessions: Vec<&mut Session> = self.sessions.iter_mut().collect();
+        for result in control_step(&mut sessions, &mut self.solver) {
+            result?;
+        }
+        for session in &mut self.sessions {
+            if session.is_to_learn() {
+                session.learn()?;
+            }
+        }
+        self.all_steps += self.sessions.len() as u64;
+        Ok(())
+    }
+
+    fn policy_time(&self) -> Duration {
+        self.sessions.iter().map(Session::policy_time).sum()
+    }
+
+    /// A block; seconds for a control step of a cell.
+    fn run(&mut self) -> anyhow::Result<f64> {
+        let (start, physics, policy) = (Instant::now(), self.solver.time(), self.policy_time());
+        for _ in 0..BLOCK {
+            self.step()?;
+        }
+        let time = start.elapsed();
+        let steps = BLOCK * self.sessions.len() as u64;
+        self.steps += steps;
+        self.total += time;
+        self.physics += self.solver.time() - physics;
+        self.policy += self.policy_time() - policy;
+        Ok(time.as_secs_f64() / steps as f64)
+    }
+
+    fn rate(&self) -> f64 {
+        self.steps as f64 / self.total.as_secs_f64()
+    }
+
+    fn report(&self, name: &str) -> anyhow::Result<()> {
+        say(format_args!("{name}:"))?;
+        let rest = self.total - self.physics - self.policy;
+        for (name, time) in [("physics", self.physics), ("policy", self.policy), ("rest", rest)] {
+            let microseconds = 1e6 * time.as_secs_f64() / self.steps as f64;
+            let share = 100.0 * time.as_secs_f64() / self.total.as_secs_f64();
+            say(format_args!("  {name:8} {microseconds:8.1} us a control step, {share:4.1} %"))?;
+        }
+        Ok(())
+    }
 }
 
 /// The first cell of an experiment file.

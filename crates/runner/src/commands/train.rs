@@ -7,13 +7,14 @@ use std::{
 };
 
 use anyhow::bail;
+use bullet::LockstepCounts;
 
 use super::{Outcome, say};
 use crate::{
     cli::{Cell, Resume, Train, Work},
     experiment::Plan,
     progress::{self, tell},
-    training::{Ending, Lab, Limits, Stop, train_all, train_cell},
+    training::{Ending, How, Lab, LabCell, Limits, Stop, train_all},
 };
 
 pub(super) fn train(arguments: &Train) -> anyhow::Result<Outcome> {
@@ -40,13 +41,9 @@ pub(super) fn cell(arguments: &Cell) -> anyhow::Result<Outcome> {
         bail!("--index must be a cell's number from 0 to {}, got {index}", n - 1);
     }
     let lab = Lab::begin(&plan, &arguments.out)?;
-    let cell = &lab.cells()[index];
-    let observer = progress::observer(&lab, [cell]);
     let limits = Limits { stop_after: arguments.stop_after };
-    let ending = train_cell(&lab, cell, limits, &Stop::at_signals()?, &*observer);
-    observer.end(cell, &ending);
-    drop(observer);
-    report(&lab, &[(cell.folder.path(), &ending)])
+    let how = How { threads: 1, solver: arguments.solver, lanes: None, limits };
+    train_cells(&lab, &[&lab.cells()[index]], &how)
 }
 
 /// runs/NAME for NAME.toml
@@ -56,14 +53,41 @@ fn default_folder(file: &Path) -> PathBuf {
 
 fn work(lab: &Lab, work: &Work) -> anyhow::Result<Outcome> {
     let cores = thread::available_parallelism().map_or(1, NonZero::get);
-    let n_threads = work.threads.map_or(cores, usize::from);
-    let limits = Limits { stop_after: work.stop_after };
+    let how = How {
+        threads: work.threads.map_or(cores, usize::from),
+        solver: work.solver,
+        lanes: work.lanes.map(usize::from),
+        limits: Limits { stop_after: work.stop_after },
+    };
+    train_cells(lab, &lab.cells().iter().collect::<Vec<_>>(), &how)
+}
+
+fn train_cells(lab: &Lab, cells: &[&LabCell], how: &How) -> anyhow::Result<Outcome> {
     let stop = Stop::at_signals()?;
-    let observer = progress::observer(lab, lab.cells());
-    let endings = train_all(lab, n_threads, limits, &stop, &*observer);
+    let observer = progress::observer(lab, cells.iter().copied());
+    let trained = train_all(lab, cells, how, &stop, &*observer);
     drop(observer);
-    let folders = lab.cells().iter().map(|cell| cell.folder.path());
-    report(lab, &folders.zip(&endings).collect::<Vec<_>>())
+    let trained = trained?;
+    warn(&trained.counts);
+    let folders = cells.iter().map(|cell| cell.folder.path());
+    report(lab, &folders.zip(&trained.endings).collect::<Vec<_>>())
+}
+
+/// Says so if lanes were little used, which nobody would see otherwise.
+fn warn(counts: &LockstepCounts) {
+    let own = counts.uncovered + counts.doubtful + counts.unfinished;
+    let all = own + counts.swept;
+    if own * 100 > all {
+        tell(format_args!(
+            "note: lanes didn't cover {:.0} % of the physics steps, which took Bullet's own solver: \
+             the bits are the same, but it's slower ({} for rolling friction, {} for changes too \
+             small to tell from none, {} for numbers that weren't finite)",
+            100.0 * own as f64 / all as f64,
+            counts.uncovered,
+            counts.doubtful,
+            counts.unfinished
+        ));
+    }
 }
 
 /// Says how it ended, and what to do next.

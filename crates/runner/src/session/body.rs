@@ -1,11 +1,12 @@
 //! The robot in its world, as a cell has it: what is moved by targets and felt in readings.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use bullet::{SolverMode, World, WorldSettings};
 use nalgebra::{Point3, Vector3};
 use svenja::{Morphology, Readings, Robot, add_ground};
 
+use super::Solver;
 use crate::{experiment::Experiment, reward::Step};
 
 /// A robot on the ground of a world of its own.
@@ -21,8 +22,6 @@ pub struct Body {
     n_bodies: usize,
     /// `[frames_per_step x n_bodies x 7]`, of the last control step.
     poses: Vec<f32>,
-    /// Spent in Bullet's steps, for `itarl bench`; no result knows it.
-    physics_time: Duration,
 }
 
 impl Body {
@@ -50,30 +49,34 @@ impl Body {
             pose_every: experiment.record.pose_every,
             n_bodies: morphology.bodies().len(),
             poses: Vec::new(),
-            physics_time: Duration::ZERO,
         };
         body.sense()?;
         Ok(body)
     }
 
-    /// Holds targets, `[n_actuators]`, for a control step, and feels what came of it.
+    /// Sets targets, `[n_actuators]`, to be held until others are.
     ///
     /// # Errors
-    /// Targets that aren't; [`svenja::Error::BlewUp`].
-    pub fn hold(&mut self, targets: &[f64]) -> Result<(), svenja::Error> {
-        self.robot.actuate(targets)?;
-        self.poses.clear();
-        for step in 1..=self.n_physics_steps {
-            self.robot.drive(&mut self.world)?;
-            let start = Instant::now();
-            self.world.step().map_err(|error| self.robot.explain(error))?;
-            self.physics_time += start.elapsed();
-            if step % self.pose_every == 0 {
-                self.robot.look(&self.world)?;
-                self.record_poses();
-            }
+    /// Targets that aren't.
+    pub fn actuate(&mut self, targets: &[f64]) -> Result<(), svenja::Error> {
+        self.robot.actuate(targets)
+    }
+
+    /// Holds its targets for a control step, and feels what came of it.
+    ///
+    /// # Errors
+    /// [`svenja::Error::BlewUp`].
+    pub fn hold(&mut self, solver: &mut Solver) -> Result<(), svenja::Error> {
+        hold(&mut [self], solver).remove(0)
+    }
+
+    /// The world after a physics step of a control step, counted from 1.
+    fn look(&mut self, step: u64) -> Result<(), svenja::Error> {
+        if step.is_multiple_of(self.pose_every) {
+            self.robot.look(&self.world)?;
+            self.record_poses();
         }
-        self.sense()
+        Ok(())
     }
 
     fn sense(&mut self) -> Result<(), svenja::Error> {
@@ -86,12 +89,6 @@ impl Body {
             let (t, q) = (pose.translation.vector, pose.rotation.coords);
             self.poses.extend([t.x, t.y, t.z, q.x, q.y, q.z, q.w].map(|value| value as f32));
         }
-    }
-
-    /// Spent in Bullet's steps so far.
-    #[must_use]
-    pub fn physics_time(&self) -> Duration {
-        self.physics_time
     }
 
     /// Recorded poses of a control step.
@@ -157,6 +154,37 @@ impl Body {
         self.world.restore(bytes)?;
         self.sense()
     }
+}
+
+/// Lets bodies with the same physics hold their targets for a control step, all in step. What
+/// becomes of one doesn't touch the others.
+pub fn hold(bodies: &mut [&mut Body], solver: &mut Solver) -> Vec<Result<(), svenja::Error>> {
+    let n_physics_steps = bodies.first().map_or(0, |body| body.n_physics_steps);
+    let mut results: Vec<_> = bodies.iter().map(|_| Ok(())).collect();
+    bodies.iter_mut().for_each(|body| body.poses.clear());
+    for step in 1..=n_physics_steps {
+        let start = Instant::now();
+        let mut well: Vec<_> =
+            bodies.iter_mut().zip(&mut results).filter(|(_, result)| result.is_ok()).collect();
+        for (body, result) in &mut well {
+            **result = body.robot.drive(&mut body.world);
+        }
+        well.retain(|(_, result)| result.is_ok());
+        let mut worlds: Vec<&mut World> =
+            well.iter_mut().map(|(body, _)| &mut body.world).collect();
+        let stepped = solver.step(&mut worlds);
+        solver.spent_since(start);
+        for ((body, result), stepped) in well.into_iter().zip(stepped) {
+            *result =
+                stepped.map_err(|error| body.robot.explain(error)).and_then(|()| body.look(step));
+        }
+    }
+    for (body, result) in bodies.iter_mut().zip(&mut results) {
+        if result.is_ok() {
+            *result = body.sense();
+        }
+    }
+    results
 }
 
 /// Where a robot is, and where it heads.

@@ -1,12 +1,13 @@
 //! A cell alive: a robot, a policy, and what makes the policy better.
 //!
-//! [`Session::control_step`] is one step of the loop, row by row as in ARCHITECTURE.md;
-//! [`Session::update`] is a loop of T of them and a step of the optimiser.
+//! [`control_step`] is one step of the loop for some cells in step, row by row as in
+//! ARCHITECTURE.md; after T of them, [`Session::learn`] takes a step of the optimiser.
 
 mod body;
 mod codec;
 mod error;
 mod machine;
+mod solver;
 mod state;
 mod tally;
 mod wind;
@@ -17,9 +18,10 @@ use crbm::{ChainRng, Policy, Sampling};
 use gpomdp::{Estimator, EstimatorSettings, Optimiser};
 use svenja::Morphology;
 
-pub use body::{Body, Whereabouts};
+pub use body::{Body, Whereabouts, hold};
 pub use codec::{Codec, CodecShape};
 pub use error::Error;
+pub use solver::Solver;
 pub use wind::Wind;
 
 use crate::{
@@ -44,6 +46,8 @@ pub struct Session {
     optimiser: Box<dyn Optimiser>,
     ring: Ring,
     tally: Tally,
+    /// Control steps in which the robot settles, and how many of them are done.
+    settling: (u64, u64),
     /// Control steps done, settling not counted.
     steps: u64,
     updates: u64,
@@ -69,27 +73,6 @@ struct Buffers {
 }
 
 impl Session {
-    /// A cell before its first control step: built, dropped and settled.
-    ///
-    /// # Errors
-    /// Settings that don't fit the model; a robot that blows up while it settles.
-    pub fn start(
-        experiment: &Experiment,
-        morphology: &Morphology,
-        seed: u64,
-    ) -> Result<Self, Error> {
-        let mut session = Self::build(experiment, morphology, seed)?;
-        let neutral = vec![0.0; session.buffers.targets.len()];
-        for step in 1..=experiment.control.settle_steps {
-            session.body.hold(&neutral).map_err(|error| Error::BlewUp {
-                when: format!("settling, control step {step}"),
-                message: error.to_string(),
-            })?;
-        }
-        session.begin()?;
-        Ok(session)
-    }
-
     /// A cell that hasn't moved yet.
     ///
     /// # Errors
@@ -120,7 +103,7 @@ impl Session {
         let n = parameters.len();
         let ring_layout = recorded_layout(experiment, morphology, body.frames_per_step());
         let wind = &experiment.perturbation;
-        Ok(Self {
+        let mut session = Self {
             steps_per_update: learning.steps_per_update,
             wind: Wind::new(wind.every, wind.length, wind.flip_probability, seed),
             estimator: Estimator::new(n, &estimator).map_err(|error| build(&error))?,
@@ -130,6 +113,7 @@ impl Session {
             chains: policy.rng(seed, "policy"),
             whereabouts: body.whereabouts(),
             tally: Tally::default(),
+            settling: (experiment.control.settle_steps, 0),
             steps: 0,
             updates: 0,
             policy_time: Duration::ZERO,
@@ -145,7 +129,11 @@ impl Session {
             policy,
             parameters,
             reward,
-        })
+        };
+        if !session.is_settling() {
+            session.begin()?;
+        }
+        Ok(session)
     }
 
     /// Takes in the first reading.
@@ -156,29 +144,25 @@ impl Session {
         Ok(())
     }
 
-    /// T control steps, a step of the optimiser, and the row that tells of them.
-    ///
-    /// # Errors
-    /// [`Error::BlewUp`]: the cell can't go on.
-    pub fn update(&mut self) -> Result<Row, Error> {
-        self.tally = Tally::begin(self.whereabouts.centre_of_gravity_m);
-        for _ in 0..self.steps_per_update {
-            self.control_step()?;
+    /// Before the physics of a control step: what the robot shall do.
+    fn before(&mut self) -> Result<(), Error> {
+        if self.is_settling() {
+            self.buffers.targets.fill(0.0);
+        } else {
+            if self.is_between_updates() {
+                self.tally = Tally::begin(self.whereabouts.centre_of_gravity_m);
+            }
+            self.act().map_err(|error| self.blew_up(error))?;
         }
-        self.learn().map_err(|error| Error::BlewUp {
-            when: format!("update {}", self.updates + 1),
-            message: error.to_string(),
-        })?;
-        Ok(self.row())
+        self.body.actuate(&self.buffers.targets).map_err(|error| self.blew_up(error))
     }
 
-    /// One control step: readings to action, action to world, world to reward.
-    ///
-    /// # Errors
-    /// [`Error::BlewUp`]: the cell can't go on.
-    pub fn control_step(&mut self) -> Result<(), Error> {
-        self.act().map_err(|error| self.blew_up(error))?;
-        self.body.hold(&self.buffers.targets).map_err(|error| self.blew_up(error))?;
+    /// After the physics of a control step: what it was worth.
+    fn after(&mut self) -> Result<(), Error> {
+        if self.is_settling() {
+            self.settling.1 += 1;
+            return if self.is_settling() { Ok(()) } else { self.begin() };
+        }
         let terms = self.judge().map_err(|error| self.blew_up(error))?;
         let score = &self.buffers.score;
         let accumulated = self.estimator.accumulate(score, terms.reward);
@@ -229,8 +213,21 @@ impl Session {
         Ok(())
     }
 
+    /// After T control steps: a step of the optimiser, and the row that tells of them.
+    ///
+    /// # Errors
+    /// [`Error::BlewUp`]: the cell can't go on.
+    pub fn learn(&mut self) -> Result<Row, Error> {
+        let update = self.updates + 1;
+        self.change_parameters().map_err(|error| Error::BlewUp {
+            when: format!("update {update}"),
+            message: error.to_string(),
+        })?;
+        Ok(self.row())
+    }
+
     /// The one place where parameters change.
-    fn learn(&mut self) -> anyhow::Result<()> {
+    fn change_parameters(&mut self) -> anyhow::Result<()> {
         self.tally.gradient_norm = norm(self.estimator.gradient());
         self.optimiser.update(&mut self.parameters, self.estimator.gradient())?;
         self.policy.set_parameters(&self.parameters)?;
@@ -249,10 +246,30 @@ impl Session {
     }
 
     fn blew_up(&self, error: impl std::fmt::Display) -> Error {
-        Error::BlewUp {
-            when: format!("control step {} (update {})", self.steps + 1, self.updates + 1),
-            message: error.to_string(),
-        }
+        let when = if self.is_settling() {
+            format!("settling, control step {}", self.settling.1 + 1)
+        } else {
+            format!("control step {} (update {})", self.steps + 1, self.updates + 1)
+        };
+        Error::BlewUp { when, message: error.to_string() }
+    }
+
+    /// Whether the robot has yet to come to rest before the first control step.
+    #[must_use]
+    pub fn is_settling(&self) -> bool {
+        self.settling.1 < self.settling.0
+    }
+
+    /// Whether it stands between two updates, or before the first.
+    #[must_use]
+    pub fn is_between_updates(&self) -> bool {
+        self.steps == self.updates * self.steps_per_update
+    }
+
+    /// Whether T control steps are done since the last update.
+    #[must_use]
+    pub fn is_to_learn(&self) -> bool {
+        self.steps == (self.updates + 1) * self.steps_per_update
     }
 
     /// Updates done.
@@ -267,10 +284,10 @@ impl Session {
         self.steps
     }
 
-    /// Spent so far in Bullet's steps, and in the policy's act and score.
+    /// Spent so far in the policy's act and score.
     #[must_use]
-    pub fn times(&self) -> [Duration; 2] {
-        [self.body.physics_time(), self.policy_time]
+    pub fn policy_time(&self) -> Duration {
+        self.policy_time
     }
 
     /// The policy as a safetensors file.
@@ -287,6 +304,21 @@ impl Session {
     pub fn recording(&self) -> Recording {
         self.ring.recording()
     }
+}
+
+/// One control step of some cells in step: readings to actions, actions to worlds, worlds to
+/// rewards. The cells have the same physics; what becomes of one doesn't touch the others.
+pub fn control_step(sessions: &mut [&mut Session], solver: &mut Solver) -> Vec<Result<(), Error>> {
+    let mut results: Vec<_> = sessions.iter_mut().map(|session| session.before()).collect();
+    let mut well: Vec<_> =
+        sessions.iter_mut().zip(&mut results).filter(|(_, result)| result.is_ok()).collect();
+    let mut bodies: Vec<&mut Body> =
+        well.iter_mut().map(|(session, _)| &mut session.body).collect();
+    let held = hold(&mut bodies, solver);
+    for ((session, result), held) in well.into_iter().zip(held) {
+        *result = held.map_err(|error| session.blew_up(error)).and_then(|()| session.after());
+    }
+    results
 }
 
 fn norm(values: &[f64]) -> f64 {

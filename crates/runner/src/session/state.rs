@@ -90,6 +90,7 @@ impl Session {
         let recording = recording.map_err(|error| misfit(RECORDING, &error))?;
         self.ring.restore(&recording).map_err(|error| misfit(RECORDING, &error))?;
 
+        self.settling.1 = self.settling.0;
         self.updates = checkpoint.header.updates;
         self.steps = checkpoint.header.control_steps;
         self.whereabouts = self.body.whereabouts();

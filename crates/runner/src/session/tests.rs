@@ -32,7 +32,23 @@ fn crawler() -> (Experiment, Morphology) {
 
 fn session() -> (Session, Morphology) {
     let (experiment, morphology) = crawler();
-    (Session::start(&experiment, &morphology, 4).unwrap(), morphology)
+    let mut session = Session::build(&experiment, &morphology, 4).unwrap();
+    while session.is_settling() {
+        advance(&mut session);
+    }
+    (session, morphology)
+}
+
+/// A control step, alone.
+fn advance(session: &mut Session) {
+    control_step(&mut [session], &mut Solver::bullet()).remove(0).unwrap();
+}
+
+fn update(session: &mut Session) -> Row {
+    while !session.is_to_learn() {
+        advance(session);
+    }
+    session.learn().unwrap()
 }
 
 /// z, Delta and the momentum step, as they stand in the paper. Sums in another order differ by
@@ -41,12 +57,12 @@ fn session() -> (Session, Morphology) {
 fn scores_and_rewards_move_the_parameters_as_the_paper_says() {
     let (mut session, _) = session();
     let n = session.parameters.len();
-    let mut step = vec![0.0; n];
+    let mut change = vec![0.0; n];
     for _ in 0..3 {
         let before = session.parameters.clone();
         let (mut z, mut delta) = (vec![0.0; n], vec![0.0; n]);
         for k in 1..=T {
-            session.control_step().unwrap();
+            advance(&mut session);
             let terms = session.recording().terms;
             let r = terms[terms.len() - Terms::NAMES.len()];
             for i in 0..n {
@@ -56,11 +72,11 @@ fn scores_and_rewards_move_the_parameters_as_the_paper_says() {
         }
         session.learn().unwrap();
         for i in 0..n {
-            step[i] = 2.0 * (delta[i] - 0.01 * before[i]) + 0.5 * step[i];
-            let error = session.parameters[i] - (before[i] + step[i]);
+            change[i] = 2.0 * (delta[i] - 0.01 * before[i]) + 0.5 * change[i];
+            let error = session.parameters[i] - (before[i] + change[i]);
             assert!(error.abs() < 1e-12, "parameter {i}: {error}");
         }
-        assert!(step.iter().any(|d| d.abs() > 1e-6), "nothing is learned");
+        assert!(change.iter().any(|d| d.abs() > 1e-6), "nothing is learned");
     }
 }
 
@@ -72,7 +88,7 @@ fn the_wind_changes_what_is_done_and_not_what_is_learned() {
     for step in 0..2 * T as u64 {
         let (inputs, mut policy) = (session.codec.inputs().to_vec(), session.policy.clone());
         let mut chains = session.chains.clone();
-        session.control_step().unwrap();
+        advance(&mut session);
         let Buffers { output, action, targets, score, .. } = &session.buffers;
 
         let blows = step >= 50 && step % 50 < 7;
@@ -110,7 +126,7 @@ fn surprise(bins: &[u64]) -> f64 {
 fn rewards_are_what_the_record_makes_them() {
     let (mut session, morphology) = session();
     let first_bins = session.codec.bins().to_vec();
-    let rows: Vec<_> = (0..4).map(|_| session.update().unwrap()).collect();
+    let rows: Vec<_> = (0..4).map(|_| update(&mut session)).collect();
     let record = session.recording();
     let n_bodies = morphology.bodies().len();
     let n_steps = record.n_steps;

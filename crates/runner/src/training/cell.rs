@@ -3,9 +3,10 @@
 use anyhow::Context;
 use crbm::Layout;
 
-use super::{Lab, LabCell, Limits, Observer, Stop};
+use super::{Lab, LabCell, Limits, Observer};
 use crate::{
-    session::{Error, Session},
+    experiment::{ControlSettings, PhysicsSettings},
+    session::{self, Session},
     store::{CellFolder, OpenCell, Recording, Snapshot, atomic},
 };
 
@@ -22,73 +23,142 @@ pub enum Ending {
     Broken(anyhow::Error),
 }
 
-/// Trains a cell. What it learned is in its folder at every checkpoint.
-#[must_use]
-pub fn train_cell(
-    lab: &Lab,
-    cell: &LabCell,
-    limits: Limits,
-    stop: &Stop,
-    observer: &dyn Observer,
-) -> Ending {
-    train(lab, cell, limits, stop, observer).unwrap_or_else(Ending::Broken)
+/// A cell at work. What it learned is in its folder at every checkpoint.
+pub(super) struct Trainee<'a> {
+    pub(super) cell: &'a LabCell,
+    pub(super) session: Session,
+    open: OpenCell,
+    /// Updates at the last checkpoint, at the end of this call, and in all.
+    saved: u64,
+    last: u64,
+    target: u64,
 }
 
-fn train(
-    lab: &Lab,
-    cell: &LabCell,
-    limits: Limits,
-    stop: &Stop,
-    observer: &dyn Observer,
-) -> anyhow::Result<Ending> {
-    let settings = &cell.cell.experiment;
-    // Before it's opened, which would cut the rows behind its checkpoint.
-    if let Some(reason) = cell.folder.failure()? {
-        return Ok(Ending::Failed(reason));
+/// What cells must share to be stepped together.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) struct Build<'a> {
+    model: usize,
+    physics: &'a PhysicsSettings,
+    control: &'a ControlSettings,
+}
+
+impl<'a> Build<'a> {
+    pub(super) fn of(cell: &'a LabCell) -> Self {
+        let experiment = &cell.cell.experiment;
+        let (physics, control) = (&experiment.physics, &experiment.control);
+        Self { model: cell.model, physics, control }
     }
-    check_exports(&cell.folder)?;
-    let (mut open, checkpoint) = OpenCell::open(cell.folder.clone(), cell.identity)?;
-    let target = settings.learning.updates;
-    let saved = checkpoint.as_ref().map_or(0, |checkpoint| checkpoint.header.updates);
-    let morphology = lab.morphology(cell);
-    let mut session = match &checkpoint {
-        Some(checkpoint) => {
-            let mut session = Session::build(settings, morphology, cell.cell.seed)?;
+}
+
+impl<'a> Trainee<'a> {
+    /// A cell opened for work; or its ending, if there is nothing to do.
+    pub(super) fn begin(
+        lab: &Lab,
+        cell: &'a LabCell,
+        limits: Limits,
+        observer: &dyn Observer,
+    ) -> Result<Self, Ending> {
+        match Self::open(lab, cell, limits) {
+            Err(error) => Err(Ending::Broken(error)),
+            Ok(Err(ending)) => Err(ending),
+            Ok(Ok(trainee)) => {
+                observer.begin(cell, trainee.session.updates());
+                Ok(trainee)
+            }
+        }
+    }
+
+    fn open(lab: &Lab, cell: &'a LabCell, limits: Limits) -> anyhow::Result<Result<Self, Ending>> {
+        // Before it's opened, which would cut the rows behind its checkpoint.
+        if let Some(reason) = cell.folder.failure()? {
+            return Ok(Err(Ending::Failed(reason)));
+        }
+        check_exports(&cell.folder)?;
+        let settings = &cell.cell.experiment;
+        let (mut open, checkpoint) = OpenCell::open(cell.folder.clone(), cell.identity)?;
+        let mut session = Session::build(settings, lab.morphology(cell), cell.cell.seed)?;
+        if let Some(checkpoint) = &checkpoint {
             let path = cell.folder.checkpoint();
             session.restore(checkpoint).with_context(|| path.display().to_string())?;
-            session
         }
-        None => match Session::start(settings, morphology, cell.cell.seed) {
-            Err(error) => return failed(&mut open, &error),
-            Ok(session) => session,
-        },
-    };
-    if saved >= target {
-        // A process killed right after the last checkpoint left the exports of the one before.
-        open.export(&session.policy_file()?, &session.recording().encode()?)?;
-        return Ok(Ending::Done);
+        let saved = session.updates();
+        let target = settings.learning.updates;
+        if saved >= target {
+            // A process killed right after the last checkpoint left the exports of the one before.
+            open.export(&session.policy_file()?, &session.recording().encode()?)?;
+            return Ok(Err(Ending::Done));
+        }
+        let last = limits.stop_after.map_or(target, |n| target.min(saved.saturating_add(n)));
+        if saved == last {
+            return Ok(Err(Ending::Stopped));
+        }
+        Ok(Ok(Self { cell, session, open, saved, last, target }))
     }
-    observer.begin(cell, session.updates());
 
-    let last = limits.stop_after.map_or(target, |n| target.min(saved.saturating_add(n)));
-    let mut saved = saved;
-    while session.updates() < last && !stop.is_wished() {
-        match session.update() {
+    /// After a control step: learns if it's time to. An ending if that was the last one.
+    pub(super) fn after_step(
+        &mut self,
+        result: Result<(), session::Error>,
+        observer: &dyn Observer,
+    ) -> Option<Ending> {
+        let ending = match result {
+            Err(error) => self.fail(&error),
+            Ok(()) if self.session.is_to_learn() => self.learn(observer),
+            Ok(()) => return None,
+        };
+        ending.unwrap_or_else(|error| Some(Ending::Broken(error)))
+    }
+
+    fn learn(&mut self, observer: &dyn Observer) -> anyhow::Result<Option<Ending>> {
+        match self.session.learn() {
             Ok(row) => {
-                open.append(&row)?;
-                observer.row(cell, &row);
+                self.open.append(&row)?;
+                observer.row(self.cell, &row);
             }
-            Err(error) => return failed(&mut open, &error),
+            Err(error) => return self.fail(&error),
         }
-        if session.updates().is_multiple_of(settings.checkpoint.every) {
-            save(&mut open, &mut session)?;
-            saved = session.updates();
+        let updates = self.session.updates();
+        let is_last = updates == self.last;
+        if is_last || updates.is_multiple_of(self.cell.cell.experiment.checkpoint.every) {
+            self.save()?;
+        }
+        Ok(is_last.then(|| self.stopped()))
+    }
+
+    /// Stops it where it stands, between two updates.
+    pub(super) fn stop(&mut self) -> Ending {
+        match self.save() {
+            Ok(()) => self.stopped(),
+            Err(error) => Ending::Broken(error),
         }
     }
-    if session.updates() > saved {
-        save(&mut open, &mut session)?;
+
+    fn stopped(&self) -> Ending {
+        if self.session.updates() == self.target { Ending::Done } else { Ending::Stopped }
     }
-    Ok(if session.updates() == target { Ending::Done } else { Ending::Stopped })
+
+    fn save(&mut self) -> anyhow::Result<()> {
+        let session = &mut self.session;
+        if session.updates() == self.saved {
+            return Ok(());
+        }
+        let recording = session.recording().encode()?;
+        self.open.save(Snapshot {
+            updates: session.updates(),
+            control_steps: session.control_steps(),
+            sections: session.save()?,
+            policy: &session.policy_file()?,
+            replay: &recording,
+        })?;
+        self.saved = session.updates();
+        Ok(())
+    }
+
+    fn fail(&mut self, error: &session::Error) -> anyhow::Result<Option<Ending>> {
+        let reason = error.to_string();
+        self.open.fail(&reason)?;
+        Ok(Some(Ending::Failed(reason)))
+    }
 }
 
 /// Exports may be missing, or older than the checkpoint; damaged ones are for a person to look at.
@@ -100,22 +170,4 @@ fn check_exports(folder: &CellFolder) -> anyhow::Result<()> {
     }
     Recording::read(&folder.replay()).context(advice)?;
     Ok(())
-}
-
-fn save(open: &mut OpenCell, session: &mut Session) -> anyhow::Result<()> {
-    let recording = session.recording().encode()?;
-    open.save(Snapshot {
-        updates: session.updates(),
-        control_steps: session.control_steps(),
-        sections: session.save()?,
-        policy: &session.policy_file()?,
-        replay: &recording,
-    })?;
-    Ok(())
-}
-
-fn failed(open: &mut OpenCell, error: &Error) -> anyhow::Result<Ending> {
-    let reason = error.to_string();
-    open.fail(&reason)?;
-    Ok(Ending::Failed(reason))
 }

@@ -35,7 +35,8 @@ pub struct LabCell {
     pub folder: CellFolder,
     /// What its checkpoints are known by.
     pub identity: u64,
-    model: usize,
+    /// Index of its robot.
+    pub(super) model: usize,
 }
 
 struct Model {

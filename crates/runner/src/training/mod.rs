@@ -5,9 +5,9 @@ mod lab;
 mod pool;
 mod stop;
 
-pub use cell::{Ending, train_cell};
+pub use cell::Ending;
 pub use lab::{Lab, LabCell, this_bullet};
-pub use pool::{Observer, train_all};
+pub use pool::{Observer, Trained, train_all};
 pub use stop::Stop;
 
 /// How far a call goes.
@@ -15,4 +15,27 @@ pub use stop::Stop;
 pub struct Limits {
     /// Updates of a cell in this call; all there are by default.
     pub stop_after: Option<u64>,
+}
+
+/// Who steps the worlds; the bits are the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum SolverKind {
+    /// Worlds in the lanes of the processor's vectors
+    #[default]
+    Lockstep,
+    /// Bullet's own solver, one world after the other
+    Bullet,
+}
+
+/// How training is done: nothing of this changes a result.
+#[derive(Clone, Copy, Debug)]
+pub struct How {
+    /// Threads, at least 1.
+    pub threads: usize,
+    /// Who steps the worlds.
+    pub solver: SolverKind,
+    /// Cells that a thread steps at a time, at least 1; as many as the solver has lanes by default.
+    pub lanes: Option<usize>,
+    /// How far it goes.
+    pub limits: Limits,
 }

@@ -1,16 +1,26 @@
-//! Cells over threads. A cell's result doesn't depend on which thread trains it, or beside which
-//! others.
+//! Cells over threads and lanes. A cell's result doesn't depend on which thread trains it, or beside
+//! which others.
+//!
+//! Each thread has a crew of cells that take their control steps together, as many as there are
+//! lanes for. A cell that ends makes room for one that waits; once none waits, a thread without work
+//! takes over half a crew from another one.
 
 use std::{
-    sync::{
-        Mutex, PoisonError,
-        atomic::{AtomicUsize, Ordering},
-    },
+    collections::VecDeque,
+    sync::{Condvar, Mutex, MutexGuard, PoisonError},
     thread,
 };
 
-use super::{Ending, Lab, LabCell, Limits, Stop, train_cell};
-use crate::store::Row;
+use bullet::LockstepCounts;
+
+use super::{
+    Ending, How, Lab, LabCell, SolverKind, Stop,
+    cell::{Build, Trainee},
+};
+use crate::{
+    session::{Session, Solver, control_step},
+    store::Row,
+};
 
 /// Is told how training goes, from all threads.
 pub trait Observer: Sync {
@@ -22,32 +32,223 @@ pub trait Observer: Sync {
     fn end(&self, cell: &LabCell, ending: &Ending);
 }
 
-/// Trains all cells of a run, in the order of their indices as threads get free. The endings are
-/// those of the cells, by index; a cell that wasn't begun counts as stopped.
-#[must_use]
+/// How training ended.
+#[derive(Debug)]
+pub struct Trained {
+    /// Of the cells, in their order; one that wasn't begun counts as stopped.
+    pub endings: Vec<Ending>,
+    /// What became of the steps in lanes, all threads together.
+    pub counts: LockstepCounts,
+}
+
+/// Trains cells of a run, in their order as lanes get free.
+///
+/// # Errors
+/// Vector instructions that the environment asks for and the processor doesn't have.
 pub fn train_all(
     lab: &Lab,
-    n_threads: usize,
-    limits: Limits,
+    cells: &[&LabCell],
+    how: &How,
     stop: &Stop,
     observer: &dyn Observer,
-) -> Vec<Ending> {
-    let next = AtomicUsize::new(0);
-    let endings: Mutex<Vec<Option<Ending>>> =
-        Mutex::new(lab.cells().iter().map(|_| None).collect());
+) -> anyhow::Result<Trained> {
+    let n_threads = how.threads.clamp(1, cells.len().max(1));
+    let solvers = (0..n_threads)
+        .map(|_| match how.solver {
+            SolverKind::Bullet => Ok(Solver::bullet()),
+            SolverKind::Lockstep => Solver::lockstep(),
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    let lanes = how.lanes.unwrap_or_else(|| solvers[0].lanes());
+    let pool = Pool {
+        lab,
+        cells,
+        how,
+        stop,
+        observer,
+        crew_size: crew_size(cells.len(), n_threads, lanes),
+        shared: Mutex::new(Shared {
+            waiting: (0..cells.len()).collect(),
+            handed_over: Vec::new(),
+            idle: 0,
+            at_work: n_threads,
+            endings: cells.iter().map(|_| None).collect(),
+            counts: LockstepCounts::default(),
+        }),
+        changed: Condvar::new(),
+    };
     thread::scope(|scope| {
-        for _ in 0..n_threads.clamp(1, lab.cells().len().max(1)) {
-            scope.spawn(|| {
-                while !stop.is_wished() {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(cell) = lab.cells().get(index) else { break };
-                    let ending = train_cell(lab, cell, limits, stop, observer);
-                    observer.end(cell, &ending);
-                    endings.lock().unwrap_or_else(PoisonError::into_inner)[index] = Some(ending);
-                }
-            });
+        for solver in solvers {
+            scope.spawn(|| Crew { pool: &pool, solver, members: Vec::new() }.work());
         }
     });
-    let endings = endings.into_inner().unwrap_or_else(PoisonError::into_inner);
-    endings.into_iter().map(|ending| ending.unwrap_or(Ending::Stopped)).collect()
+    let shared = pool.shared.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let endings = shared.endings.into_iter().map(|ending| ending.unwrap_or(Ending::Stopped));
+    Ok(Trained { endings: endings.collect(), counts: shared.counts })
+}
+
+/// So many cells for each thread at a time that all threads have about the same in every round: a
+/// crew costs less for each cell the larger it is, but a thread without one costs most.
+fn crew_size(n_cells: usize, n_threads: usize, lanes: usize) -> usize {
+    let rounds = n_cells.div_ceil(n_threads * lanes).max(1);
+    n_cells.div_ceil(n_threads * rounds).max(1)
+}
+
+struct Pool<'a> {
+    lab: &'a Lab,
+    cells: &'a [&'a LabCell],
+    how: &'a How,
+    stop: &'a Stop,
+    observer: &'a dyn Observer,
+    crew_size: usize,
+    shared: Mutex<Shared<'a>>,
+    /// A crew was handed over, or a thread came to its end.
+    changed: Condvar,
+}
+
+struct Shared<'a> {
+    /// Not begun, by index.
+    waiting: VecDeque<usize>,
+    /// For threads without work.
+    handed_over: Vec<Vec<Member<'a>>>,
+    /// Threads without work, and those with.
+    idle: usize,
+    at_work: usize,
+    endings: Vec<Option<Ending>>,
+    counts: LockstepCounts,
+}
+
+/// A cell in a crew, with its index.
+struct Member<'a> {
+    index: usize,
+    trainee: Trainee<'a>,
+}
+
+struct Crew<'a, 'b> {
+    pool: &'b Pool<'a>,
+    solver: Solver,
+    members: Vec<Member<'a>>,
+}
+
+impl<'a> Pool<'a> {
+    fn lock(&self) -> MutexGuard<'_, Shared<'a>> {
+        self.shared.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn end(&self, index: usize, ending: Ending) {
+        self.observer.end(self.cells[index], &ending);
+        self.lock().endings[index] = Some(ending);
+    }
+}
+
+impl Crew<'_, '_> {
+    fn work(mut self) {
+        loop {
+            self.fill();
+            if self.members.is_empty() && !self.take_over() {
+                break;
+            }
+            self.step();
+            self.hand_over();
+        }
+        add(&mut self.pool.lock().counts, &self.solver.counts());
+    }
+
+    /// Takes waiting cells that can be stepped with those that are here.
+    fn fill(&mut self) {
+        let Pool { lab, cells, how, stop, observer, crew_size, .. } = *self.pool;
+        while self.members.len() < crew_size && !stop.is_wished() {
+            let build = self.members.first().map(|member| Build::of(member.trainee.cell));
+            let mut shared = self.pool.lock();
+            let fits = |&index: &usize| build.is_none_or(|it| it == Build::of(cells[index]));
+            let Some(place) = shared.waiting.iter().position(fits) else { break };
+            let Some(index) = shared.waiting.remove(place) else { break };
+            drop(shared);
+            match Trainee::begin(lab, cells[index], how.limits, observer) {
+                Ok(trainee) => self.members.push(Member { index, trainee }),
+                Err(ending) => self.pool.end(index, ending),
+            }
+        }
+    }
+
+    /// A control step of all members; those that came to their end leave.
+    fn step(&mut self) {
+        let mut sessions: Vec<&mut Session> =
+            self.members.iter_mut().map(|member| &mut member.trainee.session).collect();
+        let mut results = control_step(&mut sessions, &mut self.solver).into_iter();
+        let (pool, is_to_stop) = (self.pool, self.pool.stop.is_wished());
+        self.members.retain_mut(|member| {
+            let trainee = &mut member.trainee;
+            let result = results.next().unwrap_or(Ok(()));
+            let mut ending = trainee.after_step(result, pool.observer);
+            if is_to_stop && ending.is_none() && trainee.session.is_between_updates() {
+                ending = Some(trainee.stop());
+            }
+            let stays = ending.is_none();
+            if let Some(ending) = ending {
+                pool.end(member.index, ending);
+            }
+            stays
+        });
+    }
+
+    /// Half of the crew goes to a thread that has no work.
+    fn hand_over(&mut self) {
+        if self.members.len() < 2 {
+            return;
+        }
+        let mut shared = self.pool.lock();
+        if shared.idle > shared.handed_over.len() {
+            let half = self.members.split_off(self.members.len().div_ceil(2));
+            shared.handed_over.push(half);
+            self.pool.changed.notify_all();
+        }
+    }
+
+    /// Waits for half a crew; false once there won't be one.
+    fn take_over(&mut self) -> bool {
+        let mut shared = self.pool.lock();
+        shared.idle += 1;
+        shared.at_work -= 1;
+        self.pool.changed.notify_all();
+        loop {
+            if let Some(members) = shared.handed_over.pop() {
+                self.members = members;
+                shared.idle -= 1;
+                shared.at_work += 1;
+                return true;
+            }
+            if shared.at_work == 0 {
+                return false;
+            }
+            let woken = self.pool.changed.wait(shared);
+            shared = woken.unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+}
+
+fn add(sum: &mut LockstepCounts, more: &LockstepCounts) {
+    sum.swept += more.swept;
+    sum.sweeps += more.sweeps;
+    sum.idle += more.idle;
+    sum.apart += more.apart;
+    sum.uncovered += more.uncovered;
+    sum.doubtful += more.doubtful;
+    sum.unfinished += more.unfinished;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::crew_size;
+
+    #[test]
+    fn crews_fill_threads_and_rounds_evenly() {
+        // 150 cells on two threads of 16 lanes take 5 rounds in any case: 15 at a time do.
+        assert_eq!(crew_size(150, 2, 16), 15);
+        assert_eq!(crew_size(16, 2, 16), 8);
+        assert_eq!(crew_size(33, 2, 16), 9);
+        assert_eq!(crew_size(3, 3, 16), 1);
+        assert_eq!(crew_size(5, 1, 1), 1);
+        assert_eq!(crew_size(0, 1, 16), 1);
+    }
 }
