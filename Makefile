@@ -2,11 +2,18 @@
 
 PACKAGES := g++ pkg-config libbullet-dev libclang-dev
 
+# Tests open reports in a browser, which has to have a font.
+BROWSER := chromium fonts-dejavu-core
+
+# What the viewer is bundled from: https://threejs.org, and what bundles it.
+THREE := three@0.187.0
+ESBUILD := esbuild@0.28.2
+
 # Sequences of random calls for the sanitizer, and for valgrind, which is slower.
 ASAN_SEQUENCES ?= 5000
 VALGRIND_SEQUENCES ?= 1500
 
-.PHONY: help demo test crash-test lockstep-test verify-lockstep lint bench asan valgrind setup
+.PHONY: help demo test crash-test lockstep-test verify-lockstep lint bench asan valgrind three setup
 
 help:
 	@echo "make demo      train Svenja for some minutes, and show what came out"
@@ -18,6 +25,7 @@ help:
 	@echo "make bench     what things cost, beside plain code that does the same"
 	@echo "make asan      fuzzing with the C++ shim under AddressSanitizer"
 	@echo "make valgrind  the bullet crate's tests under valgrind"
+	@echo "make three     bundle three.js for the viewer again (needs npm)"
 
 # The program first, so that its build doesn't run into its progress bars.
 demo: setup
@@ -25,8 +33,12 @@ demo: setup
 	@code=0; target/release/itarl train experiments/quick.toml --out runs/quick || code=$$?; \
 	  test $$code -eq 75 && echo "stopped; the same command goes on"; exit $$code
 	target/release/itarl summary runs/quick
-	@echo "results: runs/quick (docs/run-folders.md); next: target/release/itarl rollout runs/quick/cells/xi=0.75/seed=1"
+	target/release/itarl plot runs/quick
+	@echo "next: target/release/itarl rollout runs/quick/cells/xi=0.75/seed=1"
+	target/release/itarl report runs/quick
+	@echo "the report: open $(CURDIR)/runs/quick/report.html in a browser"
 
+test: PACKAGES += $(BROWSER)
 test: setup
 	cargo test --workspace
 	cargo test -p bullet --features float64
@@ -80,6 +92,18 @@ valgrind: PACKAGES += valgrind
 valgrind: setup
 	FUZZ_SEQUENCES=$(VALGRIND_SEQUENCES) $(VALGRIND)
 	FUZZ_SEQUENCES=$(VALGRIND_SEQUENCES) $(VALGRIND) --features float64
+
+# The bundle is in the repository, so that nothing else needs npm.
+ASSETS := crates/runner/assets/three
+three:
+	@command -v npm >/dev/null || { echo "make three needs npm (Debian's package of that name)"; exit 1; }
+	rm -rf target/three && mkdir -p target/three
+	cp $(ASSETS)/three.js target/three/
+	cd target/three && npm init -y >/dev/null && npm install --no-save $(THREE) $(ESBUILD)
+	cd target/three && npx esbuild three.js --bundle --minify --format=iife --global-name=THREE \
+	  --legal-comments=inline --outfile=three.min.js \
+	  --banner:js='/* $(THREE), https://threejs.org, MIT: see LICENSE beside this file */'
+	cp target/three/three.min.js target/three/node_modules/three/LICENSE $(ASSETS)/
 
 # Installs what is missing, and asks for no password if nothing is.
 setup:

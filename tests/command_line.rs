@@ -13,13 +13,16 @@ use std::{
 use common::*;
 use tempfile::TempDir;
 
-const COMMANDS: [&[&str]; 11] = [
+const COMMANDS: [&[&str]; 14] = [
     &["train"],
     &["resume"],
     &["cell"],
     &["status"],
     &["summary"],
+    &["plot"],
     &["config"],
+    &["report"],
+    &["replay"],
     &["rollout"],
     &["model", "check"],
     &["model", "show"],

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueHint};
+use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint, builder::PossibleValuesParser};
 use clap_complete::Shell;
 
-use crate::training::SolverKind;
+use crate::{plots::FIGURES, training::SolverKind};
 
 /// Trains simulated robots whose reward mixes a task with the information in their own sensors.
 #[derive(Debug, Parser)]
@@ -58,6 +58,14 @@ Several of these may share the folder: the first makes it, the others compare.")
     #[command(after_help = "Example:
   itarl summary runs/quick --early 1-50 --late 200-300")]
     Summary(Summary),
+    /// Draw the paper's figures of a run, finished or not, into DIR/plots/
+    #[command(after_help = "Examples:
+  itarl plot runs/quick
+  itarl plot runs/quick --format svg,png learning-curves final
+  itarl plot runs/quick --setting xi=0.75 --setting xi=1 close-up
+
+docs/figures.md says what each figure and table shows.")]
+    Plot(Plot),
     /// Print the complete settings of an experiment file
     #[command(after_help = "Example:
   itarl config experiments/quick.toml --set learning.rate=0.3")]
@@ -71,6 +79,23 @@ Several of these may share the folder: the first makes it, the others compare.")
   itarl rollout runs/quick/cells/xi=0.75/seed=3 --steps 600 --csv walk.csv
   itarl rollout models/svenja.toml --policy models/gaits/svenja.toml")]
     Rollout(Rollout),
+    /// Write a run's report: one page with its tables, its figures, and its robots in 3-D
+    #[command(after_help = "Example:
+  itarl report runs/quick    # runs/quick/report.html, for any browser, on any machine")]
+    Report {
+        /// The run's folder
+        #[arg(value_hint = ValueHint::DirPath)]
+        run: PathBuf,
+    },
+    /// Watch a robot: a 3-D page for any browser, a film, a picture, or a scene for Blender
+    #[command(after_help = "Examples:
+  itarl replay runs/quick/cells/xi=1/seed=8          # xi=1-seed=8.html: its last control steps
+  itarl replay models/svenja.toml                    # svenja.html: random actions
+  itarl replay models/svenja.toml --png svenja.png   # from three sides
+  itarl replay runs/quick/cells/xi=1/seed=8 --gif walk.gif --glb walk.glb
+
+The page, pictures and films need no display and no GPU where they're made.")]
+    Replay(Replay),
     /// Check or show model files
     #[command(subcommand)]
     Model(Model),
@@ -163,6 +188,35 @@ pub struct Summary {
     pub late: Option<Updates>,
 }
 
+/// Figures of a run.
+#[derive(Debug, Args)]
+pub struct Plot {
+    /// The run's folder
+    #[arg(value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub run: PathBuf,
+    /// Which figures [default: all]
+    #[arg(value_name = "FIGURE", value_parser = PossibleValuesParser::new(FIGURES.map(|it| it.name)))]
+    pub figures: Vec<String>,
+    /// Kinds of files
+    #[arg(long, value_name = "FORMAT,...", value_delimiter = ',', default_value = "svg")]
+    pub format: Vec<Format>,
+    /// A setting that close-up shows, as its folder is named [default: the best and the last one]
+    #[arg(long = "setting", value_name = "SETTING")]
+    pub settings: Vec<String>,
+    /// The two best instances in feet, in place of the best and the median one
+    #[arg(long)]
+    pub two_best: bool,
+}
+
+/// A kind of picture file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
+pub enum Format {
+    /// Lines and text, for pages and print
+    Svg,
+    /// 2,000 pixels wide
+    Png,
+}
+
 /// Some updates in a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Updates {
@@ -209,6 +263,55 @@ pub struct Rollout {
     pub policy: Option<String>,
 }
 
+/// What is watched, and as what.
+#[derive(Debug, Args)]
+pub struct Replay {
+    /// A cell's folder, or a model file
+    #[arg(value_name = "CELL|MODEL", value_hint = ValueHint::AnyPath)]
+    pub what: PathBuf,
+    /// Write a page with a 3-D viewer [default, if nothing else is asked for: a file by the name of
+    /// what is watched, here]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub html: Option<PathBuf>,
+    /// Write an animated glTF 2.0 scene, for Blender and others
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub glb: Option<PathBuf>,
+    /// Write a film that shows everywhere
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub gif: Option<PathBuf>,
+    /// Write a film through ffmpeg, which has to be installed
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub mp4: Option<PathBuf>,
+    /// Write a picture of the robot from three sides
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub png: Option<PathBuf>,
+    /// How much of the end a film shows, in simulated seconds
+    #[arg(long, value_name = "S", default_value_t = 10.0)]
+    pub seconds: f64,
+    /// A film's size in pixels [default: 480x320 for a GIF, 1280x720 for an MP4]
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<Size>,
+    /// Roll out in place of what was recorded: learned, random, neutral, or a gait file [default: a
+    /// cell's record; random for a model]
+    #[arg(long, value_name = "POLICY")]
+    pub policy: Option<String>,
+    /// Control steps of a rollout
+    #[arg(long, default_value_t = 300, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    pub steps: u64,
+    /// Where a rollout's random numbers come from
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// In pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    /// 16 to 4096.
+    pub width: usize,
+    /// 16 to 4096.
+    pub height: usize,
+}
+
 /// Model files.
 #[derive(Debug, Subcommand)]
 pub enum Model {
@@ -242,4 +345,19 @@ pub struct Bench {
     /// Cells stepped at a time [default: as many as there are lanes]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub lanes: Option<u16>,
+}
+
+impl std::str::FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parse = || {
+            let (width, height) = text.split_once('x')?;
+            let (width, height) = (width.parse().ok()?, height.parse().ok()?);
+            let fits = |side| (16..=4096).contains(&side);
+            (fits(width) && fits(height)).then_some(Self { width, height })
+        };
+        parse()
+            .ok_or_else(|| format!("WxH expected, each from 16 to 4096, as in 640x360, got {text}"))
+    }
 }

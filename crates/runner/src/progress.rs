@@ -7,16 +7,21 @@ use std::{
     time::{Duration, Instant},
 };
 
-use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::{
     store::{Header, Row},
     training::{Ending, Lab, LabCell, Observer},
 };
 
-/// What the bars show; a test parses both.
+/// What the bars show; a test parses them.
 const OVERALL: &str = "{msg} {bar:30} {percent:>3} %  {per_sec} control steps/s  {eta} left";
 const CELL: &str = "  {prefix}  {wide_msg}";
+
+const COUNTER: &str = "{msg} {bar:30} {pos}/{len}";
+
+/// What takes no longer needs no bar.
+const QUIET: Duration = Duration::from_secs(1);
 
 /// Between two lines where there's no terminal.
 const LINE_EVERY: Duration = Duration::from_secs(10);
@@ -24,6 +29,58 @@ const LINE_EVERY: Duration = Duration::from_secs(10);
 /// A line for people, on standard error. That nobody reads it is no reason to stop.
 pub fn tell(text: impl std::fmt::Display) {
     let _ = writeln!(stderr(), "{text}");
+}
+
+/// How far a command has come that may take a while: nothing for the first seconds, then a bar in a
+/// terminal, and now and then a line elsewhere.
+pub struct Counter {
+    name: String,
+    bar: ProgressBar,
+    start: Instant,
+    last_line: Mutex<Instant>,
+}
+
+impl Counter {
+    /// Of what is done with `name`.
+    #[must_use]
+    pub fn new(name: String) -> Self {
+        let now = Instant::now();
+        Self { name, bar: ProgressBar::hidden(), start: now, last_line: Mutex::new(now) }
+    }
+
+    /// `done` of `total` are done, as in "12 of 150 cells read"; from any thread.
+    pub fn report(&self, done: usize, total: usize, what: &str) {
+        if self.start.elapsed() < QUIET {
+            return;
+        }
+        if stderr().is_terminal() {
+            if self.bar.is_hidden() {
+                let style = ProgressStyle::with_template(COUNTER);
+                self.bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+                self.bar.set_draw_target(ProgressDrawTarget::stderr());
+            }
+            self.bar.set_length(total as u64);
+            self.bar.set_position(done as u64);
+            self.bar.set_message(format!("{}: {what}", self.name));
+            return;
+        }
+        let mut last = self.last_line.lock().unwrap_or_else(PoisonError::into_inner);
+        if last.elapsed() >= LINE_EVERY {
+            *last = Instant::now();
+            tell(format_args!("{}: {done} of {total} {what}", self.name));
+        }
+    }
+
+    /// Lets something be printed where the bar is.
+    pub fn aside<T>(&self, print: impl FnOnce() -> T) -> T {
+        self.bar.suspend(print)
+    }
+}
+
+impl Drop for Counter {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
 }
 
 /// An observer for these cells of a run.
@@ -188,7 +245,7 @@ mod tests {
 
     #[test]
     fn the_templates_are_right() {
-        for template in [OVERALL, CELL] {
+        for template in [OVERALL, CELL, COUNTER] {
             ProgressStyle::with_template(template).unwrap();
         }
     }

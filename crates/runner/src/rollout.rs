@@ -12,7 +12,8 @@ use crate::{
     experiment::Experiment,
     gait::Gait,
     reward::{Reward, Terms},
-    session::{Body, Codec, Solver, codec_shape, sensor_layout},
+    session::{Body, Codec, Solver, codec_shape, recorded_layout, sensor_layout},
+    store::{Recording, Ring, Step},
 };
 
 /// What decides about targets.
@@ -89,6 +90,10 @@ pub struct RolloutStep<'a> {
     pub readings: &'a [f64],
     /// `[n_actuators]`
     pub targets: &'a [f64],
+    /// `[frames_per_step x n_bodies x 7]`: x y z in m, quaternion x y z w.
+    pub poses: &'a [f32],
+    /// `[n_bodies]`: 1 for a body that touches something, else 0.
+    pub touching: &'a [u8],
 }
 
 /// What a rollout did.
@@ -139,6 +144,7 @@ pub fn roll_out(
     let mut summary =
         Summary { steps: n_steps, contacts: vec![0.0; n_contacts], ..Summary::default() };
     let start = body.whereabouts().centre_of_gravity_m;
+    let mut touching = Vec::new();
     for step in 0..n_steps {
         let before = body.whereabouts();
         driver.decide(step, &codec, &mut targets)?;
@@ -146,6 +152,8 @@ pub fn roll_out(
         body.hold(&mut solver)?;
         codec.encode(&body.readings().values)?;
         let did = body.step_since(&before, codec.bins());
+        touching.clear();
+        touching.extend(body.contacts());
         let seen = RolloutStep {
             step,
             position_m: body.whereabouts().centre_of_gravity_m.coords.into(),
@@ -155,6 +163,8 @@ pub fn roll_out(
             penalised_contacts: did.penalised_contacts,
             readings: &body.readings().values,
             targets: &targets,
+            poses: body.poses(),
+            touching: &touching,
         };
         summary.add(&seen, n_contacts);
         see(&seen)?;
@@ -162,6 +172,33 @@ pub fn roll_out(
     let end = body.whereabouts().centre_of_gravity_m;
     summary.net_displacement_m = (end - start).xy().norm();
     Ok(summary)
+}
+
+/// Lets a driver act for so many control steps, and keeps all of them.
+///
+/// # Errors
+/// As [`roll_out`]; more steps than there is memory for.
+pub fn record(
+    experiment: &Experiment,
+    morphology: &Morphology,
+    driver: &mut Driver,
+    n_steps: u64,
+) -> anyhow::Result<Recording> {
+    let frames = experiment.physics_steps_per_control_step() / experiment.record.pose_every;
+    let layout = recorded_layout(experiment, morphology, usize::try_from(frames)?);
+    let mut ring = Ring::new(layout, usize::try_from(n_steps)?)?;
+    let single = |values: &[f64]| values.iter().map(|&value| value as f32).collect::<Vec<_>>();
+    roll_out(experiment, morphology, driver, n_steps, |step| {
+        ring.push(Step {
+            poses: step.poses,
+            sensors: &single(step.readings),
+            actions: &single(step.targets),
+            contacts: step.touching,
+            terms: &step.terms.as_array(),
+        })?;
+        Ok(())
+    })?;
+    Ok(ring.recording())
 }
 
 impl Summary {

@@ -2,9 +2,13 @@
 
 mod bench;
 mod model;
+mod plot;
+mod replay;
+mod report;
 mod rollout;
 mod settings;
 mod status;
+mod subject;
 mod summary;
 mod train;
 
@@ -50,8 +54,11 @@ pub fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Cell(arguments) => train::cell(&arguments),
         Command::Status { run } => status::status(&run),
         Command::Summary(arguments) => summary::summary(&arguments),
+        Command::Plot(arguments) => plot::plot(&arguments),
         Command::Config { experiment } => settings::config(&experiment),
         Command::Rollout(arguments) => rollout::rollout(&arguments),
+        Command::Report { run } => report::report(&run),
+        Command::Replay(arguments) => replay::replay(&arguments),
         Command::Model(arguments) => model::model(&arguments),
         Command::Bench(arguments) => bench::bench(&arguments),
         Command::Completions { shell } => {

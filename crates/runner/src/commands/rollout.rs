@@ -1,42 +1,22 @@
 //! `itarl rollout`: what a policy does, without learning and without wind.
 
-use std::{
-    fmt::Write,
-    path::{Path, PathBuf},
-};
+use std::fmt::Write;
 
-use anyhow::{Context, bail};
-use config::Document;
-use crbm::{Layout, Policy, Sampling};
 use svenja::Morphology;
 
-use super::{Outcome, say};
+use super::{Outcome, say, subject::Subject};
 use crate::{
     cli::Rollout,
-    experiment::Experiment,
-    gait::Gait,
     reward::Terms,
-    rollout::{Driver, RolloutStep, Summary, roll_out},
-    store::{CellFolder, atomic},
-    training::Lab,
+    rollout::{RolloutStep, Summary, roll_out},
+    store::atomic,
 };
 
-/// What is rolled out.
-struct Subject {
-    experiment: Experiment,
-    morphology: Morphology,
-    /// Of a cell.
-    folder: Option<CellFolder>,
-}
-
 pub(super) fn rollout(arguments: &Rollout) -> anyhow::Result<Outcome> {
-    let subject = match arguments.what.is_dir() {
-        true => cell(&arguments.what)?,
-        false => model(&arguments.what)?,
-    };
+    let subject = Subject::open(&arguments.what)?;
     let default = if subject.folder.is_some() { "learned" } else { "neutral" };
     let policy = arguments.policy.as_deref().unwrap_or(default);
-    let mut driver = driver(policy, &subject, arguments.seed)?;
+    let mut driver = subject.driver(policy, arguments.seed)?;
     let mut table = arguments.csv.is_some().then(|| header(&subject.morphology));
     let see = |step: &RolloutStep<'_>| {
         if let Some(table) = &mut table {
@@ -51,63 +31,6 @@ pub(super) fn rollout(arguments: &Rollout) -> anyhow::Result<Outcome> {
     }
     say(report(&subject, policy, &summary))?;
     Ok(Outcome::Done)
-}
-
-fn cell(folder: &Path) -> anyhow::Result<Subject> {
-    let not_a_cell = || {
-        format!("{}: a cell's folder expected, DIR/cells/SETTING/seed=N of a run", folder.display())
-    };
-    let folder = folder.canonicalize().with_context(not_a_cell)?;
-    let run = folder.ancestors().nth(3).with_context(not_a_cell)?;
-    let lab = Lab::open(run, None).with_context(not_a_cell)?;
-    let is_here = |path: &Path| path.canonicalize().is_ok_and(|path| path == folder);
-    let cell = lab.cells().iter().find(|cell| is_here(cell.folder.path()));
-    let cell = cell.with_context(not_a_cell)?;
-    Ok(Subject {
-        experiment: cell.cell.experiment.clone(),
-        morphology: lab.morphology(cell).clone(),
-        folder: Some(cell.folder.clone()),
-    })
-}
-
-/// With the paper's settings.
-fn model(path: &Path) -> anyhow::Result<Subject> {
-    let morphology = Morphology::open(path)?;
-    let text = format!("model = {}", toml::Value::String(path.display().to_string()));
-    let experiment = Document::parse("defaults", &text)?.read(Experiment::read)?;
-    Ok(Subject { experiment, morphology, folder: None })
-}
-
-fn driver(policy: &str, subject: &Subject, seed: u64) -> anyhow::Result<Driver> {
-    match policy {
-        "learned" => {
-            let Some(folder) = &subject.folder else {
-                bail!("--policy learned: a model alone has learned nothing; name a cell's folder");
-            };
-            Ok(Driver::learned(read_policy(&folder.policy(), &subject.experiment)?, seed))
-        }
-        "random" => Ok(Driver::random(seed)),
-        "neutral" => Ok(Driver::Neutral),
-        file if file.ends_with(".toml") => {
-            let n_actuators = subject.morphology.actuators().len();
-            Driver::gait(Gait::open(&PathBuf::from(file), n_actuators)?)
-        }
-        other => {
-            bail!("--policy must be learned, random, neutral or a gait's FILE.toml, got {other}")
-        }
-    }
-}
-
-fn read_policy(path: &Path, experiment: &Experiment) -> anyhow::Result<Policy> {
-    let name = || path.display().to_string();
-    let bytes = atomic::read(path)?
-        .with_context(|| format!("{}: there's none before the first checkpoint", name()))?;
-    let (layout, parameters) = Layout::from_safetensors(&bytes).with_context(name)?;
-    let sampling = Sampling {
-        gibbs_updates: experiment.policy.gibbs_updates,
-        samples: experiment.policy.samples,
-    };
-    Policy::new(layout, sampling, &parameters).with_context(name)
 }
 
 fn header(morphology: &Morphology) -> String {

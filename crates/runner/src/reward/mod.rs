@@ -19,6 +19,7 @@ mod settings;
 mod terms;
 
 pub use error::Error;
+pub use extrinsic::ExtrinsicSettings;
 pub use layout::{Group, SensorLayout, Step};
 pub use settings::RewardSettings;
 pub use terms::Terms;

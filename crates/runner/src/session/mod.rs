@@ -358,7 +358,9 @@ pub fn sensor_layout(experiment: &Experiment, morphology: &Morphology) -> Sensor
     }
 }
 
-fn recorded_layout(
+/// What is recorded of a control step.
+#[must_use]
+pub fn recorded_layout(
     experiment: &Experiment,
     morphology: &Morphology,
     frames_per_step: usize,

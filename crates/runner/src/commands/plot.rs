@@ -1,0 +1,76 @@
+//! `itarl plot`: the figures of a run and their tables, into its folder `plots/`.
+
+use std::{collections::BTreeSet, fs};
+
+use anyhow::Context;
+
+use super::{Outcome, say};
+use crate::{
+    cli::{Format, Plot},
+    plots::{self, Error, FIGURES, Figure, Options, Run},
+    progress::{Counter, tell},
+    store::atomic,
+};
+
+pub(super) fn plot(arguments: &Plot) -> anyhow::Result<Outcome> {
+    let counter = Counter::new(arguments.run.display().to_string());
+    let (run, omitted) =
+        Run::read(&arguments.run, &|done, total| counter.report(done, total, "cells read"))?;
+    counter.aside(|| omitted.iter().for_each(tell));
+
+    let folder = arguments.run.join("plots");
+    fs::create_dir_all(&folder).with_context(|| format!("{}: making it", folder.display()))?;
+    // Each once, however often it's asked for.
+    let formats: BTreeSet<_> = arguments.format.iter().copied().collect();
+    let options = Options { settings: arguments.settings.clone(), two_best: arguments.two_best };
+    let is_asked = |figure: &&Figure| arguments.figures.iter().any(|name| name == figure.name);
+    let all = arguments.figures.is_empty();
+    let figures: Vec<_> = FIGURES.iter().filter(|figure| all || is_asked(figure)).collect();
+
+    let mut is_missing = false;
+    for (i, figure) in figures.iter().enumerate() {
+        let (files, missing) = files(&run, figure, &options, &formats)?;
+        if let Some(why) = missing {
+            // A robot may have none of this; asked for by name, it's missed.
+            is_missing |= !all;
+            counter.aside(|| tell(format_args!("left out {why}")));
+        }
+        for (name, bytes) in files {
+            let path = folder.join(name);
+            atomic::write(&path, &bytes)?;
+            counter.aside(|| say(path.display()))?;
+        }
+        counter.report(i + 1, figures.len(), "figures drawn");
+    }
+    Ok(if omitted.is_empty() && !is_missing { Outcome::Done } else { Outcome::Failed })
+}
+
+/// A file's name and bytes.
+type File = (String, Vec<u8>);
+
+/// What belongs to a figure, and why it's not drawn itself if this run has nothing to show in it.
+fn files(
+    run: &Run,
+    figure: &Figure,
+    options: &Options,
+    formats: &BTreeSet<Format>,
+) -> Result<(Vec<File>, Option<Error>), Error> {
+    let mut files = Vec::new();
+    let mut missing = None;
+    match plots::draw(run, figure, options) {
+        Ok(drawing) => {
+            for format in formats {
+                let (extension, bytes) = match format {
+                    Format::Svg => ("svg", drawing.svg.clone().into_bytes()),
+                    Format::Png => ("png", drawing.png()?),
+                };
+                files.push((format!("{}.{extension}", drawing.file_stem), bytes));
+            }
+        }
+        Err(error @ Error::Nothing { .. }) => missing = Some(error),
+        Err(error) => return Err(error),
+    }
+    let tables = figure.tables(run);
+    files.extend(tables.iter().map(|table| (format!("{}.csv", table.name), table.csv())));
+    Ok((files, missing))
+}

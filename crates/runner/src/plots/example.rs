@@ -1,0 +1,28 @@
+//! Small made-up runs for tests.
+
+use std::path::PathBuf;
+
+use super::{Instance, Outcome, Run, Setting};
+
+/// Settings with a curve of R_Loc for each instance. R is its square, R_MI its half.
+pub(super) fn run_of(settings: &[(&str, Vec<Vec<f64>>)]) -> Run {
+    let instance = |(i, curve): (usize, &Vec<f64>)| Instance {
+        cell: format!("seed={}", i + 1),
+        seed: i as u64 + 1,
+        folder: PathBuf::new(),
+        reward: curve.iter().map(|value| value * value).collect(),
+        information_nats: curve.iter().map(|value| value / 2.0).collect(),
+        locomotion_m: curve.clone(),
+        outcome: Outcome::default(),
+        contacts: None,
+    };
+    let setting = |(name, curves): &(&str, Vec<Vec<f64>>)| Setting {
+        name: (*name).into(),
+        instances: curves.iter().enumerate().map(instance).collect(),
+    };
+    let mut run =
+        Run { folder: "run".into(), settings: settings.iter().map(setting).collect(), window: 1 };
+    run.window = (run.longest() / 10).max(1);
+    Outcome::judge(&mut run);
+    run
+}

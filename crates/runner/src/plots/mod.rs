@@ -1,0 +1,280 @@
+//! Figures and tables of a run, from its recorded files alone.
+//!
+//! `docs/figures.md` says what each shows. A figure is one file here, and [`FIGURES`] names it:
+//!
+//! | file | what |
+//! |---|---|
+//! | `run.rs`, `contacts.rs` | a run folder as plain data: settings, instances, columns |
+//! | `outcome.rs` | what an instance came to; the best and the median one |
+//! | `statistics.rs` | quartiles, interquartile mean, bootstrap, correlation |
+//! | `tables.rs` | the numbers beside the figures |
+//! | `curves.rs` | smoothing, quartiles over time |
+//! | `canvas.rs`, `axis.rs` | the page, the font, the axes |
+//! | the others | one figure each |
+
+mod axis;
+mod canvas;
+mod close_up;
+mod contacts;
+mod curves;
+mod feet;
+mod final_values;
+mod learning_curves;
+mod outcome;
+mod robot;
+mod run;
+mod scatter;
+pub mod statistics;
+mod tables;
+
+#[cfg(test)]
+mod example;
+
+use std::path::PathBuf;
+
+pub use contacts::Contacts;
+pub use outcome::{Choice, Outcome, best_and_median};
+pub use run::{Instance, Omitted, Run, Setting};
+pub use tables::Table;
+
+use crate::store;
+use outcome::choice;
+
+/// The figures, in the order of the paper.
+pub const FIGURES: [Figure; 6] = [
+    robot::FIGURE,
+    learning_curves::FIGURE,
+    close_up::FIGURE,
+    feet::FIGURE,
+    scatter::FIGURE,
+    final_values::FIGURE,
+];
+
+/// A kind of figure.
+#[derive(Clone, Copy, Debug)]
+pub struct Figure {
+    /// As it's asked for, and its files are named.
+    pub name: &'static str,
+    /// In a few words.
+    pub title: &'static str,
+    /// What is drawn, in a sentence.
+    pub caption: &'static str,
+    draw: fn(&Run, &Options) -> Result<Drawing, Error>,
+    tables: fn(&Run) -> Vec<Table>,
+}
+
+/// What may be chosen.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// The settings of `close-up`; empty: the one with the highest mean R_Loc in the last window,
+    /// and the last one of the sweep.
+    pub settings: Vec<String>,
+    /// Whether `feet` shows the two best instances of a setting in place of the best and the median.
+    pub two_best: bool,
+}
+
+/// A figure of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drawing {
+    /// The name of its files, without `.svg`.
+    pub file_stem: &'static str,
+    /// A whole SVG document.
+    pub svg: String,
+    /// Its width in px.
+    pub width: u32,
+    /// Its height in px.
+    pub height: u32,
+    /// What is drawn, with this run's numbers: windows, rules.
+    pub caption: String,
+    /// The PNG file, where it's a picture and not lines.
+    pub picture: Option<Vec<u8>>,
+}
+
+/// Pixels of a PNG file for each px of the SVG: 2,000 over the width of a page.
+const PNG_SCALE: f32 = 2.0;
+
+impl Drawing {
+    /// The bytes of a PNG file.
+    ///
+    /// # Errors
+    /// [`Error::Drawing`]
+    pub fn png(&self) -> Result<Vec<u8>, Error> {
+        self.picture.clone().map_or_else(|| canvas::png(&self.svg, PNG_SCALE), Ok)
+    }
+}
+
+/// Draws a figure.
+///
+/// # Errors
+/// [`Error::Nothing`] if this run has nothing to show in it, [`Error::Setting`], [`Error::Drawing`].
+pub fn draw(run: &Run, figure: &Figure, options: &Options) -> Result<Drawing, Error> {
+    (figure.draw)(run, options)
+}
+
+impl Figure {
+    /// The numbers beside it.
+    #[must_use]
+    pub fn tables(&self, run: &Run) -> Vec<Table> {
+        (self.tables)(run)
+    }
+}
+
+/// The tables of all figures.
+#[must_use]
+pub fn tables(run: &Run) -> Vec<Table> {
+    FIGURES.iter().flat_map(|figure| figure.tables(run)).collect()
+}
+
+/// Why a run can't be read or drawn.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// It can't be read.
+    #[error(transparent)]
+    Store(#[from] store::Error),
+    /// It has no update.
+    #[error("{}: {}", folder.display(), empty(folder, omitted))]
+    Empty {
+        /// The run's folder.
+        folder: PathBuf,
+        /// What would be there, if it could be read.
+        omitted: Vec<Omitted>,
+    },
+    /// There's no such setting.
+    #[error("no setting {name:?} has an update; there are {}", known.join(", "))]
+    Setting {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: Vec<String>,
+    },
+    /// There's nothing to show in this figure.
+    #[error("{figure}: {why}")]
+    Nothing {
+        /// The figure.
+        figure: &'static str,
+        /// Why.
+        why: String,
+    },
+    /// The drawing libraries refused.
+    #[error("drawing: {0}")]
+    Drawing(String),
+}
+
+fn empty(folder: &std::path::Path, omitted: &[Omitted]) -> String {
+    let folder = folder.display();
+    if omitted.is_empty() {
+        return format!(
+            "no cell has an update yet: `itarl resume {folder}` trains, `itarl status {folder}` \
+             shows where it stands"
+        );
+    }
+    let lines: Vec<_> = omitted.iter().map(|it| format!("\n  {it}")).collect();
+    format!("no cell that has an update can be read{}", lines.concat())
+}
+
+impl<E: std::error::Error + Send + Sync> From<plotters::drawing::DrawingAreaErrorKind<E>>
+    for Error
+{
+    fn from(error: plotters::drawing::DrawingAreaErrorKind<E>) -> Self {
+        Self::Drawing(error.to_string())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use example::run_of;
+
+    /// Made-up curves that differ and have up to `n` updates.
+    fn made_up(n_settings: usize, n_instances: usize, n: usize) -> Run {
+        let curve = |i: usize, j: usize| -> Vec<f64> {
+            let n = if j % 3 == 2 { n.div_ceil(2) } else { n };
+            (0..n).map(|t| ((1 + i + j) * (1 + t) % 97) as f64 * 1e-3).collect()
+        };
+        let names: Vec<_> = (0..n_settings).map(|i| format!("xi={i},key=<{i}&\">")).collect();
+        let settings: Vec<_> = names
+            .iter()
+            .enumerate()
+            .map(|(i, name)| (name.as_str(), (0..n_instances).map(|j| curve(i, j)).collect()))
+            .collect();
+        let mut run = run_of(&settings);
+        for instance in run.settings.iter_mut().flat_map(|setting| &mut setting.instances) {
+            instance.contacts = Some(Contacts {
+                feet: vec!["left <foot>".into(), "right foot".into()],
+                seconds_per_step: 0.1,
+                touching: (0..500).map(|i| i * i % 7 < 3).collect(),
+            });
+        }
+        run
+    }
+
+    /// The robot is drawn of a folder, which these runs don't have; its own file tests it.
+    fn of_numbers(figure: &&Figure) -> bool {
+        figure.name != robot::FIGURE.name
+    }
+
+    /// The contract of every figure: any number of settings, instances and updates gives a small
+    /// SVG of the size that it says, the same one each time.
+    #[test]
+    fn every_figure_draws_any_run() {
+        for (n_settings, n_instances, n) in
+            [(1, 1, 1), (1, 2, 2), (7, 3, 40), (12, 30, 500), (40, 1, 9)]
+        {
+            let run = made_up(n_settings, n_instances, n);
+            for figure in FIGURES.iter().filter(of_numbers) {
+                let what = format!("{} of {n_settings} x {n_instances} x {n}", figure.name);
+                let drawing = draw(&run, figure, &Options::default()).unwrap();
+                let document = resvg::usvg::roxmltree::Document::parse(&drawing.svg).expect(&what);
+                let root = document.root_element();
+                let size = ["width", "height"].map(|it| root.attribute(it).unwrap().to_owned());
+                assert_eq!(
+                    size,
+                    [drawing.width, drawing.height].map(|it| it.to_string()),
+                    "{what}"
+                );
+                let texts = root.descendants().filter(|node| node.is_text());
+                let texts: Vec<_> = texts.filter_map(|node| node.text()).map(str::trim).collect();
+                assert!(!texts.contains(&"NaN") && !texts.contains(&"inf"), "{what}");
+                let most = 300_000.max(25_000 * n_settings);
+                assert!(drawing.svg.len() < most, "{what}: {} bytes", drawing.svg.len());
+                assert!(drawing.caption.starts_with(figure.caption), "{what}");
+                assert_eq!(draw(&run, figure, &Options::default()).unwrap(), drawing, "{what}");
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_of_any_size_are_drawn() {
+        for value in [0.0, 1e100, -1e100, 1e-300, f64::MIN_POSITIVE] {
+            let mut run = made_up(2, 2, 30);
+            for instance in run.settings.iter_mut().flat_map(|setting| &mut setting.instances) {
+                instance.locomotion_m.fill(value);
+                instance.information_nats[7] = value;
+                instance.reward[7] = -value;
+            }
+            Outcome::judge(&mut run);
+            for figure in FIGURES.iter().filter(of_numbers) {
+                let drawing = draw(&run, figure, &Options::default()).unwrap();
+                assert!(!drawing.svg.contains("NaN"), "{} of {value}", figure.name);
+            }
+            assert!(tables(&run).iter().flat_map(|it| &it.rows).flatten().all(|it| it != "NaN"));
+        }
+    }
+
+    #[test]
+    fn the_document_has_every_figure_and_column() {
+        let document = include_str!("../../../../docs/figures.md");
+        for figure in &FIGURES {
+            assert!(document.contains(&format!("\n## `{}`", figure.name)), "{}", figure.name);
+            assert!(!figure.title.is_empty() && figure.caption.ends_with('.'), "{}", figure.name);
+        }
+        for table in tables(&made_up(2, 2, 20)) {
+            assert!(document.contains(&format!("`{}.csv`", table.name)), "{}", table.name);
+            for column in &table.header {
+                assert!(document.contains(&format!("| `{column}` |")), "{column}");
+            }
+            assert!(table.rows.iter().all(|row| row.len() == table.header.len()));
+        }
+    }
+}

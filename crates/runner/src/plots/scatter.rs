@@ -1,0 +1,166 @@
+//! Scatter (a figure of the paper's supplement): R_MI over R_Loc, a sliding-window curve for each
+//! instance, and how the two correlate.
+
+use plotters::{
+    element::{Circle, PathElement},
+    style::{Color, RGBColor, text_anchor::HPos},
+};
+
+use super::{
+    Drawing, Error, Figure, Instance, Options, Run, Setting,
+    axis::{Axis, BELOW, LEFT, Panel},
+    canvas::{
+        Area, INK, NORMAL, PAGE, Rect, SMALL, font, grid, notes_height, paint, setting_lines,
+        stroke, write, write_notes, write_y_label,
+    },
+    curves::sliding_means,
+    tables,
+};
+
+pub(super) const FIGURE: Figure = Figure {
+    name: "scatter",
+    title: "R_MI against R_Loc",
+    caption: "Mutual information R_MI against locomotion R_Loc: a curve for each instance, of means \
+              over a sliding window, with a dot where it stands now; r is Pearson's correlation \
+              over the single updates of all instances.",
+    draw,
+    tables: |run| vec![tables::correlation(run)],
+};
+
+/// The window is this part of the longest instance.
+const WINDOWS: usize = 20;
+/// Points of a curve, and of all curves together: so many that a file stays small.
+const POINTS: usize = 80;
+const ALL_POINTS: usize = 20_000;
+
+const COLUMNS: usize = 5;
+const TITLE_LINE: f64 = 18.0;
+const MARGIN: f64 = 44.0;
+const GAP: f64 = 12.0;
+
+/// From early to late instances of a setting: steps of the palette viridis, without its lightest.
+const VIRIDIS: [RGBColor; 6] = [
+    RGBColor(68, 1, 84),
+    RGBColor(65, 68, 135),
+    RGBColor(42, 120, 142),
+    RGBColor(34, 168, 132),
+    RGBColor(122, 209, 81),
+    RGBColor(210, 180, 20),
+];
+
+fn draw(run: &Run, _: &Options) -> Result<Drawing, Error> {
+    let w = (run.longest() / WINDOWS).max(1);
+    let step = run.longest().div_ceil(POINTS.min(ALL_POINTS / run.instances().count()).max(10));
+    let curve = |instance: &Instance| -> Vec<(f64, f64)> {
+        let column = |values: &[f64]| sliding_means(values, w, step);
+        let pairs =
+            column(&instance.locomotion_m).into_iter().zip(column(&instance.information_nats));
+        pairs.map(|([_, x], [_, y])| (x, y)).collect()
+    };
+    let curves: Vec<Vec<_>> =
+        run.settings.iter().map(|it| it.instances.iter().map(curve).collect()).collect();
+    let points = || curves.iter().flatten().flatten();
+
+    let n = run.settings.len();
+    let n_columns = n.div_ceil(n.div_ceil(COLUMNS));
+    let width = (PAGE - MARGIN - LEFT - 14.0 + GAP) / n_columns as f64 - GAP;
+    let width = width.min(640.0);
+    let height = (width * 1.1).min(330.0);
+    let x = Axis::around(points().map(|&(x, _)| x), (width / 32.0) as usize);
+    let y = Axis::around(points().map(|&(_, y)| y), 7);
+    let lines = |setting: &Setting| setting_lines(&setting.name, NORMAL, width).len();
+    let title = run.settings.iter().map(lines).max().unwrap_or(1) as f64 * TITLE_LINE + 28.0;
+    let band = title + height + BELOW + 30.0;
+    let n_bands = n.div_ceil(n_columns) as f64;
+    let notes = [note(run, w)];
+    let caption = format!("{} {}", FIGURE.caption, notes.join(" "));
+    paint(&FIGURE, n_bands * band + notes_height(&notes) + 12.0, caption, |area| {
+        for (i, (setting, curves)) in run.settings.iter().zip(&curves).enumerate() {
+            let (row, column) = (i / n_columns, i % n_columns);
+            let frame = Rect {
+                x: MARGIN + LEFT + column as f64 * (width + GAP),
+                y: row as f64 * band + title,
+                width,
+                height,
+            };
+            let y_numbers = column == 0;
+            let panel = Panel { frame, x: &x, y: &y, x_numbers: true, y_numbers };
+            draw_panel(area, &panel, setting, curves)?;
+        }
+        write_notes(area, n_bands * band + 6.0, &notes)
+    })
+}
+
+/// `4,500,000`
+fn grouped(n: usize) -> String {
+    let digits = n.to_string();
+    let groups = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy);
+    groups.collect::<Vec<_>>().join(",")
+}
+
+/// `r = 0.789`
+fn correlation(settings: &[Setting]) -> String {
+    match tables::correlation_of(settings) {
+        Some(r) => format!("r = {r:.3}").replace('-', "−"),
+        None => "r undefined".into(),
+    }
+}
+
+fn note(run: &Run, w: usize) -> String {
+    let n: usize = run.instances().map(Instance::updates).sum();
+    format!(
+        "Over all {} updates of all instances Pearson's {}. Curves are means over a sliding \
+         window of {w} {}, one for each instance, in a colour of its own; the dot is its end.",
+        grouped(n),
+        correlation(&run.settings),
+        if w == 1 { "update" } else { "updates" }
+    )
+}
+
+fn draw_panel(
+    area: &Area<'_>,
+    panel: &Panel<'_>,
+    setting: &Setting,
+    curves: &[Vec<(f64, f64)>],
+) -> Result<(), Error> {
+    let color = |i: usize| VIRIDIS[i * VIRIDIS.len() / curves.len()];
+    panel.draw(area, |chart| {
+        for (i, curve) in curves.iter().enumerate() {
+            let style = stroke(color(i).mix(0.6), 1.0);
+            chart.draw_series([PathElement::new(curve.clone(), style)])?;
+        }
+        for (i, end) in curves.iter().enumerate().filter_map(|(i, it)| Some((i, *it.last()?))) {
+            chart.draw_series([Circle::new(end, grid(2.6), color(i).filled())])?;
+        }
+        Ok(())
+    })?;
+    let frame = panel.frame;
+    let middle = frame.x + frame.width / 2.0;
+    let lines = setting_lines(&setting.name, NORMAL, frame.width);
+    for (i, text) in lines.iter().rev().enumerate() {
+        let at = (middle, frame.y - 30.0 - i as f64 * TITLE_LINE);
+        write(area, text, at, &font(NORMAL, INK, HPos::Center))?;
+    }
+    let r = format!("n = {}, {}", curves.len(), correlation(std::slice::from_ref(setting)));
+    write(area, &r, (frame.right(), frame.y - 10.0), &font(SMALL, INK, HPos::Right))?;
+    let label = match panel.x.multiplier() {
+        Some(multiplier) => format!("R_Loc / {multiplier} m per step"),
+        None => "R_Loc / m per step".into(),
+    };
+    let below = (middle, frame.bottom() + BELOW + 10.0);
+    write(area, &label, below, &font(SMALL, INK, HPos::Center))?;
+    if panel.y_numbers {
+        write_y_label(area, frame, "R_MI", "nats per variable")?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn large_numbers_are_grouped() {
+        assert_eq!([7, 999, 1000, 4_500_000].map(grouped), ["7", "999", "1,000", "4,500,000"]);
+    }
+}

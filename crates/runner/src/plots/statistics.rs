@@ -1,0 +1,233 @@
+//! Statistics of training instances, as reinforcement learning reports them.
+//!
+//! | what | definition |
+//! |---|---|
+//! | quantile | linear between order statistics: h = (n - 1) p, x_(h) (Hyndman and Fan 1996, type 7; NumPy's) |
+//! | interquartile mean (IQM) | mean without the floor(n/4) smallest and the floor(n/4) largest values |
+//! | interval | percentile bootstrap, instances drawn with replacement within each stratum |
+//! | probability of improvement | P(X > Y) + P(X = Y) / 2 over all pairs (Mann and Whitney 1947) |
+//! | Pearson | r = sum (x - mx)(y - my) / sqrt(sum (x - mx)^2 sum (y - my)^2) |
+//! | Welch | t = (ma - mb) / sqrt(va / na + vb / nb), degrees of freedom of Welch and Satterthwaite |
+//!
+//! IQM, the stratified bootstrap and the probability of improvement are those of R. Agarwal et al.,
+//! *Deep Reinforcement Learning at the Edge of the Statistical Precipice*, NeurIPS 2021, and of its
+//! library rliable: there a stratum is a task, here it's a setting.
+
+use rand_chacha::{
+    ChaCha8Rng,
+    rand_core::{Rng, SeedableRng},
+};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+/// Of all bootstraps: the same runs give the same intervals.
+const SEED: u64 = 2021;
+
+/// Between these quantiles of the replicates lies the interval: 95 %.
+const LEVELS: [f64; 2] = [0.025, 0.975];
+
+/// A 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// Its lower end.
+    pub low: f64,
+    /// Its upper end.
+    pub high: f64,
+}
+
+/// The mean; NaN of nothing.
+#[must_use]
+pub fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// The values in increasing order.
+#[must_use]
+pub fn sorted(values: &[f64]) -> Vec<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted
+}
+
+/// A quantile, `p` within 0 to 1, of values in increasing order; NaN of nothing.
+#[must_use]
+pub fn quantile(sorted: &[f64], p: f64) -> f64 {
+    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
+    let place = last as f64 * p;
+    let below = (place as usize).min(last);
+    let above = (below + 1).min(last);
+    sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
+}
+
+/// The interquartile mean; NaN of nothing.
+#[must_use]
+pub fn interquartile_mean(values: &[f64]) -> f64 {
+    let sorted = sorted(values);
+    let cut = sorted.len() / 4;
+    mean(&sorted[cut..sorted.len() - cut])
+}
+
+/// The probability that a value of `x` is larger than one of `y`; NaN if there's none of either.
+#[must_use]
+pub fn probability_of_improvement(x: &[f64], y: &[f64]) -> f64 {
+    let y = sorted(y);
+    let wins = x.iter().map(|x| {
+        let below = y.partition_point(|y| y < x);
+        let not_above = y.partition_point(|y| y <= x);
+        (below + not_above) as f64 / 2.0
+    });
+    wins.sum::<f64>() / (x.len() * y.len()) as f64
+}
+
+/// The percentile bootstrap's 95 % interval of a statistic of some strata.
+#[must_use]
+pub fn bootstrap(
+    strata: &[&[f64]],
+    n_replicates: usize,
+    statistic: impl Fn(&[Vec<f64>]) -> f64,
+) -> Interval {
+    let mut random = ChaCha8Rng::seed_from_u64(SEED);
+    let mut drawn: Vec<Vec<f64>> = strata.iter().map(|stratum| stratum.to_vec()).collect();
+    let replicates = (0..n_replicates).map(|_| {
+        for (drawn, stratum) in drawn.iter_mut().zip(strata) {
+            let n = stratum.len() as u64;
+            // Uniform to one part in 2^32 / n.
+            let mut index = || ((u64::from(random.next_u32()) * n) >> 32) as usize;
+            drawn.iter_mut().for_each(|value| *value = stratum[index()]);
+        }
+        statistic(&drawn)
+    });
+    let replicates = sorted(&replicates.collect::<Vec<_>>());
+    let [low, high] = LEVELS.map(|p| quantile(&replicates, p));
+    Interval { low, high }
+}
+
+/// The sample correlation of pairs; none if there are fewer than two or one side is constant.
+pub fn pearson(pairs: impl Iterator<Item = (f64, f64)> + Clone) -> Option<f64> {
+    let (mut n, mut mean_x, mut mean_y) = (0.0, 0.0, 0.0);
+    for (x, y) in pairs.clone() {
+        n += 1.0;
+        mean_x += (x - mean_x) / n;
+        mean_y += (y - mean_y) / n;
+    }
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    for (x, y) in pairs {
+        let (x, y) = (x - mean_x, y - mean_y);
+        xx += x * x;
+        xy += x * y;
+        yy += y * y;
+    }
+    let r = xy / (xx.sqrt() * yy.sqrt());
+    r.is_finite().then(|| r.clamp(-1.0, 1.0))
+}
+
+/// The probability, if both have the same mean, that `a` exceeds `b` as far or further by chance:
+/// Welch's t-test, one-sided. None with fewer than two values on a side.
+#[must_use]
+pub fn welch_p(a: &[f64], b: &[f64]) -> Option<f64> {
+    let [(mean_a, a), (mean_b, b)] = [squared_error(a)?, squared_error(b)?];
+    let variance = a.0 + b.0;
+    if variance == 0.0 {
+        return Some(if mean_a > mean_b { 0.0 } else { 1.0 });
+    }
+    let freedom = variance * variance / (a.0 * a.0 / a.1 + b.0 * b.0 / b.1);
+    let t = (mean_a - mean_b) / variance.sqrt();
+    StudentsT::new(0.0, 1.0, freedom).ok().map(|distribution| distribution.sf(t))
+}
+
+/// The mean, the square of its standard error, and the degrees of freedom of that.
+fn squared_error(values: &[f64]) -> Option<(f64, (f64, f64))> {
+    let (n, m) = (values.len() as f64, mean(values));
+    let squares: f64 = values.iter().map(|value| (value - m) * (value - m)).sum();
+    (values.len() > 1).then(|| (m, (squares / (n - 1.0) / n, n - 1.0)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sums of a few numbers of about 1: a few roundings.
+    #[track_caller]
+    fn is_near(found: f64, expected: f64) {
+        assert!((found - expected).abs() < 1e-12, "{found}, not {expected}");
+    }
+
+    #[test]
+    fn quantiles_lie_between_order_statistics() {
+        let values = sorted(&[7.0, 1.0, 2.0, 4.0]);
+        // (n - 1) p is 0.75, 1.5 and 2.25.
+        is_near(quantile(&values, 0.25), 1.75);
+        is_near(quantile(&values, 0.5), 3.0);
+        is_near(quantile(&values, 0.75), 4.75);
+        is_near(quantile(&values, 0.0), 1.0);
+        is_near(quantile(&values, 1.0), 7.0);
+        is_near(quantile(&[3.0], 0.25), 3.0);
+        assert!(quantile(&[], 0.5).is_nan());
+    }
+
+    #[test]
+    fn the_interquartile_mean_leaves_a_quarter_out_at_each_end() {
+        is_near(interquartile_mean(&[100.0, 3.0, 1.0, -50.0]), 2.0);
+        // floor(7 / 4) = 1 at each end: (2 + 3 + 4 + 5 + 6) / 5.
+        is_near(interquartile_mean(&[7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0]), 4.0);
+        // Three are too few to leave any out.
+        is_near(interquartile_mean(&[1.0, 2.0, 6.0]), 3.0);
+    }
+
+    #[test]
+    fn improvement_counts_pairs_and_half_of_the_ties() {
+        // 3 > 1, 3 > 2, 3 = 3; 2 > 1, 2 = 2, 2 < 3: (2.5 + 1.5) / 6.
+        is_near(probability_of_improvement(&[3.0, 2.0], &[1.0, 2.0, 3.0]), 4.0 / 6.0);
+        is_near(probability_of_improvement(&[1.0, 2.0, 3.0], &[3.0, 2.0]), 2.0 / 6.0);
+        is_near(probability_of_improvement(&[5.0], &[5.0]), 0.5);
+        assert!(probability_of_improvement(&[], &[1.0]).is_nan());
+    }
+
+    /// Two values, 0 and 1, have means 0, 1/2 and 1 with probabilities 1/4, 1/2 and 1/4, so the
+    /// quantiles at 2.5 % and 97.5 % are 0 and 1. Five values of 0 to 1 by quarters: P(mean = 0) is
+    /// 5^-5 and the interval's ends are near the normal's, 0.5 -+ 1.96 sqrt(0.125 / 5).
+    #[test]
+    fn the_bootstrap_draws_with_replacement() {
+        let mean_of = |drawn: &[Vec<f64>]| mean(&drawn[0]);
+        assert_eq!(bootstrap(&[&[0.0, 1.0]], 1000, mean_of), Interval { low: 0.0, high: 1.0 });
+        assert_eq!(bootstrap(&[&[0.3]], 10, mean_of), Interval { low: 0.3, high: 0.3 });
+        let five = bootstrap(&[&[0.0, 0.25, 0.5, 0.75, 1.0]], 20_000, mean_of);
+        let half = 1.96 * (0.125_f64 / 5.0).sqrt();
+        // Means are multiples of 0.05.
+        assert!((five.low - (0.5 - half)).abs() <= 0.05, "{five:?}");
+        assert!((five.high - (0.5 + half)).abs() <= 0.05, "{five:?}");
+    }
+
+    /// Were values drawn from the other stratum, some difference would not be 10.
+    #[test]
+    fn strata_do_not_mix_and_the_seed_is_fixed() {
+        let difference = |drawn: &[Vec<f64>]| mean(&drawn[1]) - mean(&drawn[0]);
+        let apart = bootstrap(&[&[1.0, 1.0], &[11.0, 11.0, 11.0]], 100, difference);
+        assert_eq!(apart, Interval { low: 10.0, high: 10.0 });
+        let again = || bootstrap(&[&[1.0, 2.0, 5.0, 9.0]], 100, |drawn| mean(&drawn[0]));
+        assert_eq!(again(), again());
+    }
+
+    /// Deviations -2 -1 0 1 2 and -1 -2 1 0 2: sums of squares 10 and 10, of products 8.
+    #[test]
+    fn pearson_is_the_normalised_covariance() {
+        let y = [3.0, 2.0, 5.0, 4.0, 6.0];
+        let pairs = (1..=5).map(f64::from).zip(y);
+        is_near(pearson(pairs.clone()).unwrap(), 0.8);
+        is_near(pearson(pairs.map(|(x, y)| (x, -y))).unwrap(), -0.8);
+        assert_eq!(pearson([(1.0, 2.0)].into_iter()), None);
+        assert_eq!(pearson([(1.0, 2.0), (2.0, 2.0)].into_iter()), None);
+    }
+
+    /// Means 4 and 2, variances 4 and 1, n = 3: t = 2 / sqrt(5/3) = 1.549, and the degrees of freedom
+    /// are (5/3)^2 / (16/18 + 1/18) = 2.941. A table of t with 3 has .1 at 1.638 and .15 at 1.250.
+    #[test]
+    fn welchs_test_is_one_sided() {
+        let (a, b) = ([2.0, 4.0, 6.0], [1.0, 2.0, 3.0]);
+        let p = welch_p(&a, &b).unwrap();
+        assert!((0.10..0.13).contains(&p), "{p}");
+        is_near(welch_p(&b, &a).unwrap(), 1.0 - p);
+        assert_eq!(welch_p(&[1.0, 1.0], &[0.0, 0.0]), Some(0.0));
+        assert_eq!(welch_p(&[0.0, 0.0], &[0.0, 0.0]), Some(1.0));
+        assert_eq!(welch_p(&[0.0], &[0.0, 1.0]), None);
+    }
+}

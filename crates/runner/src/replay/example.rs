@@ -1,0 +1,96 @@
+//! A small made-up clip for tests: a block that slides along +y by 0.1 m a frame, with a ball before
+//! it and a rod behind.
+
+use svenja::Morphology;
+
+use super::Clip;
+use crate::{
+    experiment::Experiment,
+    store::{Layout, Recording},
+};
+
+const MODEL: &str = r##"
+name = "Slider"
+heading = { body = "block", axis = [0.0, 1.0, 0.0] }
+feet = ["ball"]
+penalised = ["rod"]
+
+[[body]]
+name = "block"
+mass_kg = 2.0
+position_m = [0.0, 0.0, 0.2]
+shape = { kind = "box", half_extents_m = [0.2, 0.3, 0.1] }
+colour = "#808080"
+
+[[body]]
+name = "ball"
+mass_kg = 1.0
+position_m = [0.0, 0.5, 0.1]
+shape = { kind = "sphere", radius_m = 0.1 }
+
+[[body]]
+name = "rod"
+mass_kg = 1.0
+position_m = [0.0, -0.5, 0.1]
+shape = { kind = "capsule", radius_m = 0.05, from_m = [-0.2, 0.0, 0.0], to_m = [0.2, 0.0, 0.0] }
+
+[[joint]]
+name = "front"
+kind = "fixed"
+parent = "block"
+child = "ball"
+anchor_m = [0.0, 0.4, 0.0]
+
+[[joint]]
+name = "back"
+kind = "fixed"
+parent = "block"
+child = "rod"
+anchor_m = [0.0, -0.4, 0.0]
+"##;
+
+/// The model, and default settings.
+pub(super) fn parts() -> (Experiment, Morphology) {
+    let morphology = Morphology::parse("slider.toml", MODEL).unwrap();
+    let document = config::Document::parse("test", "model = 'slider.toml'").unwrap();
+    (document.read(Experiment::read).unwrap(), morphology)
+}
+
+/// `n_steps` of 2 frames of 0.05 s, from control step 10. In odd steps the ball touches.
+pub(super) fn recording(n_steps: usize) -> Recording {
+    let names = |names: &[&str]| names.iter().map(ToString::to_string).collect::<Vec<_>>();
+    let (_, morphology) = parts();
+    let half = 0.5_f32.sqrt();
+    let frame = |frame: usize| {
+        let bodies = morphology.bodies().iter();
+        bodies.flat_map(move |body| {
+            let at = body.pose.translation.vector;
+            let y = at.y as f32 + 0.1 * frame as f32;
+            // The rod is turned by a quarter about z.
+            let (z, w) = if body.name == "rod" { (half, half) } else { (0.0, 1.0) };
+            [at.x as f32, y, at.z as f32, 0.0, 0.0, z, w]
+        })
+    };
+    Recording {
+        layout: Layout {
+            actuators: Vec::new(),
+            bodies: names(&["block", "ball", "rod"]),
+            frames_per_step: 2,
+            seconds_per_frame: 0.05,
+            sensors: names(&["ball"]),
+            terms: crate::reward::Terms::NAMES.map(str::to_owned).into(),
+        },
+        first_control_step: 10,
+        n_steps,
+        poses: (0..2 * n_steps).flat_map(frame).collect(),
+        sensors: (0..n_steps).map(|step| (step % 2) as f32).collect(),
+        actions: Vec::new(),
+        contacts: (0..n_steps).flat_map(|step| [0, (step % 2) as u8, 0]).collect(),
+        terms: (0..8 * n_steps).map(|i| i as f64).collect(),
+    }
+}
+
+pub(super) fn clip(n_steps: usize) -> Clip {
+    let (experiment, morphology) = parts();
+    Clip::new("a title".into(), &experiment, morphology, recording(n_steps)).unwrap()
+}

@@ -1,0 +1,182 @@
+//! Where a ray meets a box, ball, capsule or cylinder, and how its surface lies there.
+//!
+//! A ray o + t d with |d| = 1 meets a ball of radius r around 0 at the lesser root of
+//! |o + t d|² = r², and the side of a cylinder along z at that of the same without z; a box is the
+//! overlap of three slabs (Kay and Kajiya, 1986). A capsule is a cylinder's side and two balls.
+
+use nalgebra::{Isometry3, Matrix3};
+use svenja::Shape;
+
+use super::{Light, Vec3, picture::decoded};
+
+/// A shape in space, with a colour.
+#[derive(Clone, Debug)]
+pub struct Solid {
+    form: Form,
+    /// Of the shape's own frame, in which what is round lies along z.
+    centre: Vec3,
+    to_own: Matrix3<f32>,
+    /// Of a ball around it all.
+    reach: f32,
+    colour: Light,
+    glow: f32,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Form {
+    Box(Vec3),
+    Ball(f32),
+    /// Radius, and half the length without the half balls.
+    Capsule(f32, f32),
+    /// Radius, and half the length.
+    Cylinder(f32, f32),
+}
+
+impl Solid {
+    /// A body's shape at its pose. `glow` is the share of its colour that it sends out by itself.
+    #[must_use]
+    pub fn new(shape: &Shape, pose: &Isometry3<f64>, colour: [u8; 3], glow: f32) -> Self {
+        let rod = |rod: &svenja::Rod| (rod.radius_m as f32, 0.5 * rod.length_m() as f32);
+        let (form, reach) = match shape {
+            Shape::Box { half_extents_m } => {
+                let half: Vec3 = half_extents_m.cast();
+                (Form::Box(half), half.norm())
+            }
+            Shape::Sphere { radius_m } => (Form::Ball(*radius_m as f32), *radius_m as f32),
+            Shape::Capsule(it) => {
+                let (radius, half) = rod(it);
+                (Form::Capsule(radius, half), radius + half)
+            }
+            Shape::Cylinder(it) => {
+                let (radius, half) = rod(it);
+                (Form::Cylinder(radius, half), (radius * radius + half * half).sqrt())
+            }
+        };
+        let centre = match shape {
+            Shape::Capsule(rod) | Shape::Cylinder(rod) => pose * rod.centre_m(),
+            _ => pose.translation.vector.into(),
+        };
+        let turn = pose.rotation * shape.principal_axes();
+        Self {
+            form,
+            centre: centre.coords.cast(),
+            to_own: turn.inverse().to_rotation_matrix().matrix().cast(),
+            reach,
+            colour: decoded(colour),
+            glow,
+        }
+    }
+
+    pub(super) fn colour(&self) -> Light {
+        self.colour
+    }
+
+    pub(super) fn glow(&self) -> f32 {
+        self.glow
+    }
+
+    /// Whether a ray that widens by `spread` for each metre can come near: it's asked of a ball.
+    pub(super) fn near_ray(&self, from: Vec3, to: Vec3, spread: f32) -> bool {
+        let away = self.centre - from;
+        let along = away.dot(&to);
+        let beside = away - along * to;
+        let reach = self.reach + spread * (along.max(0.0) + self.reach);
+        along > -self.reach && beside.norm_squared() < reach * reach
+    }
+
+    /// From a point towards the nearest of the shape's axis, and the radius around it there; none
+    /// if that's more than so many radii away.
+    pub(super) fn towards_axis(&self, at: Vec3, far: f32) -> Option<(Vec3, f32)> {
+        let (half, radius) = match self.form {
+            Form::Box(half) => (half * 0.6, half.min()),
+            Form::Ball(radius) => (Vec3::zeros(), radius),
+            Form::Capsule(radius, half) | Form::Cylinder(radius, half) => {
+                (half * Vec3::z(), radius)
+            }
+        };
+        let limit = self.reach + far * radius;
+        let away = at - self.centre;
+        if away.norm_squared() > limit * limit {
+            return None;
+        }
+        let own = self.to_own * away;
+        let nearest = Vec3::from_fn(|i, _| own[i].clamp(-half[i], half[i]));
+        Some((self.to_own.tr_mul(&(nearest - own)), radius))
+    }
+
+    /// How far along a ray from outside the surface is first met, and its normal there.
+    pub(super) fn meet(&self, from: Vec3, to: Vec3) -> Option<(f32, Vec3)> {
+        let o = self.to_own * (from - self.centre);
+        let d = self.to_own * to;
+        let (t, normal) = match self.form {
+            Form::Box(half) => meet_box(o, d, half),
+            Form::Ball(radius) => meet_ball(o, d, radius),
+            Form::Capsule(radius, half) => meet_capsule(o, d, radius, half),
+            Form::Cylinder(radius, half) => meet_cylinder(o, d, radius, half),
+        }?;
+        Some((t, self.to_own.tr_mul(&normal)))
+    }
+}
+
+fn meet_ball(o: Vec3, d: Vec3, radius: f32) -> Option<(f32, Vec3)> {
+    let b = o.dot(&d);
+    // From the point nearest to the centre, which is better conditioned than b² - |o|² + r².
+    let beside = o - b * d;
+    let h = radius * radius - beside.norm_squared();
+    let t = -b - (h >= 0.0).then(|| h.sqrt())?;
+    (t > 0.0).then(|| (t, (o + t * d) / radius))
+}
+
+/// The side alone, endless along z.
+fn meet_side(o: Vec3, d: Vec3, radius: f32) -> Option<f32> {
+    let a = d.x * d.x + d.y * d.y;
+    if a < 1e-12 {
+        return None;
+    }
+    let b = o.x * d.x + o.y * d.y;
+    let across = o.x * d.y - o.y * d.x;
+    let h = radius * radius * a - across * across;
+    let t = (-b - (h >= 0.0).then(|| h.sqrt())?) / a;
+    (t > 0.0).then_some(t)
+}
+
+fn meet_capsule(o: Vec3, d: Vec3, radius: f32, half: f32) -> Option<(f32, Vec3)> {
+    let side = meet_side(o, d, radius).map(|t| (t, o + t * d));
+    if let Some((t, at)) = side.filter(|(_, at)| at.z.abs() <= half) {
+        return Some((t, Vec3::new(at.x, at.y, 0.0) / radius));
+    }
+    let end = |z: f32| meet_ball(o - z * Vec3::z(), d, radius);
+    match (end(half), end(-half)) {
+        (Some(upper), Some(lower)) => Some(if upper.0 < lower.0 { upper } else { lower }),
+        (upper, lower) => upper.or(lower),
+    }
+}
+
+fn meet_cylinder(o: Vec3, d: Vec3, radius: f32, half: f32) -> Option<(f32, Vec3)> {
+    let side = meet_side(o, d, radius).map(|t| (t, o + t * d));
+    if let Some((t, at)) = side.filter(|(_, at)| at.z.abs() <= half) {
+        return Some((t, Vec3::new(at.x, at.y, 0.0) / radius));
+    }
+    // The lid that the ray comes from.
+    let z = if d.z < 0.0 { half } else { -half };
+    let t = (z - o.z) / d.z;
+    let at = o + t * d;
+    let meets = t > 0.0 && at.x * at.x + at.y * at.y <= radius * radius;
+    meets.then(|| (t, z.signum() * Vec3::z()))
+}
+
+fn meet_box(o: Vec3, d: Vec3, half: Vec3) -> Option<(f32, Vec3)> {
+    let (mut enter, mut leave, mut normal) = (f32::NEG_INFINITY, f32::INFINITY, Vec3::zeros());
+    for i in 0..3 {
+        // A ray along the slab divides by 0, and both ends are infinite: within or never.
+        let (near, far) =
+            ((-half[i] * d[i].signum() - o[i]) / d[i], (half[i] * d[i].signum() - o[i]) / d[i]);
+        if near > enter {
+            enter = near;
+            normal = Vec3::zeros();
+            normal[i] = -d[i].signum();
+        }
+        leave = leave.min(far);
+    }
+    (enter <= leave && enter > 0.0).then_some((enter, normal))
+}

@@ -1,0 +1,200 @@
+//! A run as one page that needs nothing else: what was run, what came of it, its figures, and the
+//! robots in 3-D.
+//!
+//! It's made from the recorded files alone, and the same files give the same bytes. [`facts`] says
+//! what was run, [`tables`] has the numbers, [`Report::read`] chooses what is shown in 3-D: the best
+//! and the median instance of each setting.
+
+mod facts;
+mod tables;
+
+use std::path::Path;
+
+use base64::{Engine, engine::general_purpose::STANDARD};
+use maud::{Markup, html};
+
+use crate::{
+    experiment::Plan,
+    plots::{self, Drawing, Figure, Omitted},
+    replay::{
+        Clip,
+        page::page,
+        viewer::{PAGE_BYTES, Packed},
+    },
+    store::{self, CellStatus, status},
+};
+
+/// Of all recordings together: a page of 150 cells stays below 15 MB.
+const REPLAY_BYTES: usize = 8_000_000;
+
+/// An SVG beyond this is shown as PNG, which doesn't grow with the number of lines.
+const SVG_BYTES: usize = 700_000;
+
+/// All that the page shows.
+pub struct Report {
+    run: store::Run,
+    plan: Plan,
+    plots: plots::Run,
+    cells: Vec<CellStatus>,
+    replays: Packed,
+    omitted: Vec<Omitted>,
+}
+
+/// How far making it has come: so much of so many, as in "cells read".
+pub type Progress<'a> = dyn Fn(usize, usize, &str) + Sync + 'a;
+
+impl Report {
+    /// Reads a run folder, finished or not.
+    ///
+    /// # Errors
+    /// If there's no run, or no update in it yet.
+    pub fn read(folder: &Path, progress: &Progress<'_>) -> anyhow::Result<Self> {
+        let run = store::Run::open(folder)?;
+        let plan = Plan::open(&run.experiment_path(), &[])?;
+        let (plots, omitted) =
+            plots::Run::read(folder, &|done, total| progress(done, total, "cells read"))?;
+        let target =
+            |index: usize| plan.cells().get(index).map_or(0, |it| it.experiment.learning.updates);
+        let cells = status(&run, target);
+        let replays = Packed::default();
+        let mut report = Self { run, plan, plots, cells, replays, omitted };
+        report.read_replays(progress);
+        Ok(report)
+    }
+
+    /// What can't be read is left out and named.
+    fn read_replays(&mut self, progress: &Progress<'_>) {
+        let wanted = self.wanted();
+        let each = REPLAY_BYTES / wanted.len().max(1);
+        for (i, Wanted { setting, seed, label }) in wanted.iter().enumerate() {
+            let cells = &self.run.manifest().cells;
+            let Some(cell) = cells.iter().find(|it| it.setting == *setting && it.seed == *seed)
+            else {
+                continue;
+            };
+            let group = if setting.is_empty() { "all cells" } else { setting };
+            match Clip::of_cell(&self.run, &self.plan, cell.index) {
+                Ok(clip) => self.replays.add(group, label, &clip, each.min(PAGE_BYTES)),
+                Err(error) => {
+                    let omitted = Omitted { cell: cell.folder(), reason: format!("{error:#}") };
+                    if !self.omitted.contains(&omitted) {
+                        self.omitted.push(omitted);
+                    }
+                }
+            }
+            progress(i + 1, wanted.len(), "replays read");
+        }
+    }
+
+    /// The best and the median instance of each setting.
+    fn wanted(&self) -> Vec<Wanted> {
+        let chosen = plots::best_and_median(&self.plots);
+        let settings = self.plots.settings.iter().zip(chosen);
+        let roles = settings.flat_map(|(setting, choice)| {
+            let roles = match choice.best == choice.median {
+                true => vec![(choice.best, "best and median")],
+                false => vec![(choice.best, "best"), (choice.median, "median")],
+            };
+            roles.into_iter().map(move |(index, role)| (setting, index, role))
+        });
+        let wanted = roles.map(|(setting, index, role)| {
+            let instance = &setting.instances[index];
+            let last = instance.outcome.last;
+            let of = if setting.name.is_empty() { "" } else { " of " };
+            Wanted {
+                setting: setting.name.clone(),
+                seed: instance.seed,
+                label: format!(
+                    "{role}{of}{}: seed {}, R_Loc {last:+.4} m",
+                    setting.name, instance.seed
+                ),
+            }
+        });
+        wanted.collect()
+    }
+
+    /// What was left out, and why.
+    #[must_use]
+    pub fn omitted(&self) -> &[Omitted] {
+        &self.omitted
+    }
+
+    /// The whole page.
+    ///
+    /// # Errors
+    /// What can't be drawn.
+    pub fn html(&self, progress: &Progress<'_>) -> anyhow::Result<String> {
+        let name = facts::name(&self.run);
+        let figures = self.figures(progress)?;
+        let body = html! {
+            header {
+                h1 { (name) }
+                (facts::introduction(&self.run, &self.plan, &self.cells))
+                (facts::problems(&self.cells, &self.omitted))
+            }
+            main {
+                h2 { "What came of it" }
+                (tables::all(&self.plots))
+                @if !self.replays.is_empty() {
+                    h2 { "The robots" }
+                    p .faint {
+                        "The best and the median instance of each setting, by the mean R_Loc of the last "
+                        (self.plots.window) " updates, as they moved and learned in their last control steps."
+                    }
+                    (self.replays.markup(false))
+                }
+                h2 { "Figures" }
+                (figures)
+                h2 { "All settings" }
+                details {
+                    summary { "experiment.toml, complete: " code { "itarl train" } " takes it again" }
+                    pre { (self.run.experiment()) }
+                }
+            }
+        };
+        Ok(page(&format!("{name}: itarl report"), &body, &self.replays)?)
+    }
+
+    fn figures(&self, progress: &Progress<'_>) -> anyhow::Result<Markup> {
+        let mut drawn = Vec::new();
+        for (i, figure) in plots::FIGURES.iter().enumerate() {
+            match plots::draw(&self.plots, figure, &plots::Options::default()) {
+                Ok(drawing) => drawn.push((figure, source(&drawing)?, drawing)),
+                // There may be none of this run.
+                Err(plots::Error::Nothing { .. }) => {}
+                Err(error) => return Err(error.into()),
+            }
+            progress(i + 1, plots::FIGURES.len(), "figures drawn");
+        }
+        Ok(
+            html! { @for (figure, source, drawing) in &drawn { (one_figure(figure, source, drawing)) } },
+        )
+    }
+}
+
+struct Wanted {
+    setting: String,
+    seed: u64,
+    label: String,
+}
+
+fn one_figure(figure: &Figure, source: &str, drawing: &Drawing) -> Markup {
+    html! {
+        h3 { (figure.title) }
+        figure {
+            div .scroll tabindex="0" role="region" aria-label=(figure.title) {
+                img src=(source) alt=(drawing.caption) width=(drawing.width) height=(drawing.height);
+            }
+            figcaption { (drawing.caption) }
+        }
+    }
+}
+
+/// A data URL.
+fn source(drawing: &Drawing) -> anyhow::Result<String> {
+    let (kind, bytes) = match drawing.svg.len() <= SVG_BYTES {
+        true => ("svg+xml", drawing.svg.clone().into_bytes()),
+        false => ("png", drawing.png()?),
+    };
+    Ok(format!("data:image/{kind};base64,{}", STANDARD.encode(bytes)))
+}

@@ -1,0 +1,127 @@
+//! The tables of `itarl plot`, readable: short numbers, each with the file's own one behind it
+//! (`<data value>`), which is what copying scripts and tests read.
+
+use maud::{Markup, html};
+
+use crate::plots::{self, Table};
+
+/// The summary first; what has a row for each instance is folded.
+pub(super) fn all(run: &plots::Run) -> Markup {
+    let mut tables = plots::tables(run);
+    let place = |table: &Table| ABOUT.iter().position(|(name, ..)| *name == table.name);
+    tables.sort_by_key(|table| place(table).unwrap_or(ABOUT.len()));
+    html! {
+        @for table in &tables {
+            @match place(table).map(|place| ABOUT[place]) {
+                Some((_, title, false)) => { h3 { (title) } (one(table)) }
+                Some((_, title, true)) => { details { summary { (title) } (one(table)) } }
+                None => { h3 { (table.name) } (one(table)) }
+            }
+        }
+        p .faint {
+            "R_Loc in m for each control step; IQM is the interquartile mean over instances, with its 95 % "
+            "bootstrap interval. Windows have " (run.window) " updates. The same tables are written by "
+            code { "itarl plot" } " as CSV."
+        }
+    }
+}
+
+/// Tables in their order here: name, heading, whether it's folded.
+const ABOUT: [(&str, &str, bool); 4] = [
+    ("settings", "Settings", false),
+    ("improvement", "How probably one setting does better than another", false),
+    ("correlation", "Correlation of R_Loc and R_MI", false),
+    ("instances", "Every instance", true),
+];
+
+fn one(table: &Table) -> Markup {
+    let is_number = |text: &str| text.is_empty() || text.parse::<f64>().is_ok();
+    let is_text = |column: usize| !table.rows.iter().all(|row| is_number(&row[column]));
+    let columns: Vec<_> = (0..table.header.len()).map(is_text).collect();
+    html! {
+        div .scroll tabindex="0" role="region" aria-label=(table.name) {
+            table id=(format!("table-{}", table.name)) {
+                thead { tr { @for (name, text) in table.header.iter().zip(&columns) {
+                    th scope="col" .text[*text] { (heading(name)) }
+                } } }
+                tbody { @for row in &table.rows { tr { @for (value, text) in row.iter().zip(&columns) {
+                    td .text[*text] { data value=(value) { (readable(value)) } }
+                } } } }
+            }
+        }
+    }
+}
+
+/// `R_Loc_last_window_m` as "R_Loc last window [m]".
+fn heading(name: &str) -> String {
+    let (name, unit) = match name.strip_suffix("_m") {
+        Some(name) => (name, " [m]"),
+        None => (name, ""),
+    };
+    // The paper's letters keep their index.
+    let words = name.replace('_', " ").replace("R Loc", "R_Loc").replace("R MI", "R_MI");
+    words + unit
+}
+
+fn readable(value: &str) -> String {
+    match (value, value.parse::<f64>()) {
+        ("", _) => "\u{2013}".into(),
+        ("true", _) => "yes".into(),
+        ("false", _) => "no".into(),
+        (_, Ok(number)) => short(number, value),
+        (text, Err(_)) => text.into(),
+    }
+}
+
+/// Whole numbers as they are, others with three significant digits.
+fn short(number: f64, value: &str) -> String {
+    if !value.contains(['.', 'e', 'E']) {
+        return value.to_owned();
+    }
+    let text = match number.abs() {
+        0.0 => "0".to_owned(),
+        size if !(1e-5..1e6).contains(&size) => format!("{number:.2e}"),
+        size => {
+            let before = (size.log10().floor() as i32).max(-5);
+            format!("{number:.*}", usize::try_from(2 - before).unwrap_or(0))
+        }
+    };
+    text.replace('-', "\u{2212}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_whole_ones_whole() {
+        for (value, text) in [
+            ("12", "12"),
+            ("0.0", "0"),
+            ("0.0051234", "0.00512"),
+            ("-1.2345", "\u{2212}1.23"),
+            ("123456.7", "123457"),
+            ("1.5e-7", "1.50e\u{2212}7"),
+        ] {
+            assert_eq!(short(value.parse().unwrap(), value), text);
+        }
+    }
+
+    #[test]
+    fn headings_have_units() {
+        assert_eq!(heading("R_Loc_last_window_m"), "R_Loc last window [m]");
+        assert_eq!(heading("share_collapsed"), "share collapsed");
+    }
+
+    #[test]
+    fn what_files_hold_is_escaped() {
+        let table = Table {
+            name: "settings",
+            header: vec!["setting"],
+            rows: vec![vec!["</script><b x=\"1\">&".into()]],
+        };
+        let text = one(&table).into_string();
+        assert!(!text.contains("</script>") && !text.contains("<b"), "{text}");
+        assert!(text.contains("&lt;/script&gt;&lt;b x=&quot;1&quot;&gt;&amp;"), "{text}");
+    }
+}
