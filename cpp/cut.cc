@@ -78,12 +78,12 @@ void CutWorld::begin_step(btScalar time_step) {
   saveKinematicState(time_step);
   applyGravity();
   // internalSingleStepSimulation
-  predictUnconstraintMotion(time_step);
+  predict_motion(time_step);
   btDispatcherInfo& dispatch = getDispatchInfo();
   dispatch.m_timeStep = time_step;
   dispatch.m_stepCount = 0;
   dispatch.m_debugDraw = nullptr;
-  createPredictiveContacts(time_step);
+  // No body is let have predictive contacts: createPredictiveContacts would find none.
   performDiscreteCollisionDetection();
   calculateSimulationIslands();
   getSolverInfo().m_timeStep = time_step;
@@ -92,11 +92,14 @@ void CutWorld::begin_step(btScalar time_step) {
   solver_.set_pausing(false);
 }
 
-// Bullet asks each body where it will be, to find those that are fast enough for predictive contacts;
-// the crate lets no body have them.
-void CutWorld::createPredictiveContacts(btScalar) {
-  releasePredictiveContacts();
-  for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i) m_nonStaticRigidBodies[i]->setHitFraction(1);
+// predictUnconstraintMotion, but for damping by factors of 1, which are powers that take time.
+void CutWorld::predict_motion(btScalar time_step) {
+  for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i) {
+    btRigidBody& body = *m_nonStaticRigidBodies[i];
+    if (body.isStaticOrKinematicObject()) continue;
+    if (body.getLinearDamping() != 0 || body.getAngularDamping() != 0) body.applyDamping(time_step);
+    body.predictIntegratedTransform(time_step, body.getInterpolationWorldTransform());
+  }
 }
 
 void CutWorld::end_step(btScalar time_step) {

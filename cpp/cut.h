@@ -80,10 +80,8 @@ class CutWorld final : public btDiscreteDynamicsWorld {
   // What comes after them.
   void end_step(btScalar time_step);
 
- protected:
-  void createPredictiveContacts(btScalar time_step) override;
-
  private:
+  void predict_motion(btScalar time_step);
   CutSolver& solver_;
 };
 

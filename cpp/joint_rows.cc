@@ -15,7 +15,13 @@ namespace {
 // A vector or a column of a matrix, in one register.
 typedef btScalar Four __attribute__((vector_size(4 * sizeof(btScalar))));
 
-Four four(const btVector3& v) { return Four{v.x(), v.y(), v.z(), 0}; }
+// btVector3 has a fourth number, which is 0 in all vectors here.
+Four load(const btVector3& v) {
+  Four four;
+  std::memcpy(&four, v.m_floats, sizeof four);
+  return four;
+}
+void store(btVector3& to, Four four) { std::memcpy(to.m_floats, &four, sizeof four); }
 
 // What all rows of a joint need of a body.
 struct Side {
@@ -25,16 +31,15 @@ struct Side {
 
   Side(const btRigidBody& body, const btSolverBody& solver) : inverse_mass(body.getInvMass()) {
     const btMatrix3x3& inertia = body.getInvInertiaTensorWorld();
-    for (int i = 0; i < 3; ++i) columns[i] = four(inertia.getColumn(i));
+    for (int i = 0; i < 3; ++i) columns[i] = load(inertia.getColumn(i));
     const bool moves = solver.m_originalBody != nullptr;
     const btVector3 none(0, 0, 0);
     linear = body.getLinearVelocity() + (moves ? solver.m_externalForceImpulse : none);
     angular = body.getAngularVelocity() + (moves ? solver.m_externalTorqueImpulse : none);
   }
 
-  btVector3 inertia_times(const btVector3& v) const {
-    const Four product = columns[0] * v.x() + columns[1] * v.y() + columns[2] * v.z();
-    return btVector3(product[0], product[1], product[2]);
+  Four inertia_times(const btVector3& v) const {
+    return columns[0] * v.x() + columns[1] * v.y() + columns[2] * v.z();
   }
 };
 
@@ -135,8 +140,8 @@ void CutSolver::make_rows(btTypedConstraint& constraint, int first, int count,
       row.m_angularComponentB = rows[i - 1].m_angularComponentB;
       row.m_jacDiagABInv = rows[i - 1].m_jacDiagABInv;
     } else {
-      row.m_angularComponentA = first_side.inertia_times(r1);
-      row.m_angularComponentB = second_side.inertia_times(r2);
+      store(row.m_angularComponentA, first_side.inertia_times(r1));
+      store(row.m_angularComponentB, second_side.inertia_times(r2));
       btScalar sum = (n1 * first_side.inverse_mass).dot(n1);
       sum += row.m_angularComponentA.dot(r1);
       sum += (n2 * second_side.inverse_mass).dot(n2);
@@ -156,7 +161,7 @@ void CutSolver::make_rows(btTypedConstraint& constraint, int first, int count,
 void CutSolver::report_joints() {
   const btScalar per_second = btScalar(1) / info_->m_timeStep;
   const auto add = [per_second](btVector3& to, const btVector3& direction, btScalar impulse) {
-    to += direction * impulse * per_second;
+    store(to, load(to) + load(direction) * impulse * per_second);
   };
   for (int i = 0; i < m_tmpSolverNonContactConstraintPool.size(); ++i) {
     const btSolverConstraint& row = m_tmpSolverNonContactConstraintPool[i];

@@ -14,6 +14,8 @@
 //
 // Angles of joints with three rotations: the child's frame is the parent's, turned about z, then
 // about the new y, then about the newest x (Bullet's RO_XYZ).
+#include <algorithm>
+
 #include "state.h"
 #include "world.h"
 
@@ -240,25 +242,38 @@ void set_motor(const JointEntry& entry, int axis, btScalar velocity, btScalar fo
   }
 }
 
-// Angles and their rates for the three rotations z, y', x''.
-void read_angles(const btTransform& a, const btTransform& b, const btVector3& spin,
-                 JointState& to) {
-  btVector3 angles;
-  btGeneric6DofSpring2Constraint::matrixToEulerXYZ(a.getBasis().inverse() * b.getBasis(), angles);
-  // spin = z' * z + y' * y + x' * x, solved by the dual basis.
-  const btVector3 x = b.getBasis().getColumn(0);
-  const btVector3 z = a.getBasis().getColumn(2);
+// The axis that a joint with one rotation turns about, 0 to 2; -1 for joints with three.
+int only_rotation(JointKind kind) {
+  return kind == JointKind::Hinge ? 2 : kind == JointKind::Slider ? 0 : -1;
+}
+
+// Of the child's frame `b` in the parent's frame `a`: the one rotation, from the frames' axes p and q
+// that follow the joint's axis; or the three rotations z, y', x''.
+std::array<double, 3> angles_of(JointKind kind, const btMatrix3x3& a, const btMatrix3x3& b) {
+  const int axis = only_rotation(kind);
+  std::array<double, 3> angles{};
+  if (axis >= 0) {
+    const btVector3 p = a.getColumn((axis + 1) % 3);
+    const btVector3 q = a.getColumn((axis + 2) % 3);
+    const btVector3 turned = b.getColumn((axis + 1) % 3);
+    angles[std::size_t(axis)] = btAtan2(turned.dot(q), turned.dot(p));
+  } else {
+    btVector3 minus;
+    btGeneric6DofSpring2Constraint::matrixToEulerXYZ(a.inverse() * b, minus);
+    for (int i = 0; i < 3; ++i) angles[std::size_t(i)] = negated(minus[i]);
+  }
+  return angles;
+}
+
+// The rates of three rotations z, y', x'': spin = z' * z + y' * y + x' * x, solved by the dual basis.
+btVector3 rates_of(const btMatrix3x3& a, const btMatrix3x3& b, const btVector3& spin) {
+  const btVector3 x = b.getColumn(0);
+  const btVector3 z = a.getColumn(2);
   const btVector3 y = z.cross(x);
   const btScalar square = y.length2();  // cos^2 of the middle angle
-  btVector3 rates(0, 0, 0);
-  if (square > SIMD_EPSILON) {
-    rates.setValue(spin.dot(y.cross(z)) / square, spin.dot(y) / btSqrt(square),
+  if (!(square > SIMD_EPSILON)) return btVector3(0, 0, 0);
+  return btVector3(spin.dot(y.cross(z)) / square, spin.dot(y) / btSqrt(square),
                    spin.dot(x.cross(y)) / square);
-  }
-  for (int i = 0; i < 3; ++i) {
-    to.position[kAngularX + i] = negated(angles[i]);
-    to.velocity[kAngularX + i] = rates[i];
-  }
 }
 
 JointState read_joint(const JointEntry& entry) {
@@ -279,17 +294,14 @@ JointState read_joint(const JointEntry& entry) {
     to.velocity[i] = axis.dot(velocity);
   }
 
+  const btMatrix3x3 &from = a.getBasis(), &turned = b.getBasis();
   const btVector3 spin = child.getAngularVelocity() - parent.getAngularVelocity();
-  if (entry.kind == JointKind::Hinge || entry.kind == JointKind::Slider) {
-    // Angle of the one rotation, from the frames' axes p and q that follow the joint's axis.
-    const int axis = entry.kind == JointKind::Hinge ? 2 : 0;
-    const btVector3 p = a.getBasis().getColumn((axis + 1) % 3);
-    const btVector3 q = a.getBasis().getColumn((axis + 2) % 3);
-    const btVector3 turned = b.getBasis().getColumn((axis + 1) % 3);
-    to.position[3 + axis] = btAtan2(turned.dot(q), turned.dot(p));
-    to.velocity[3 + axis] = spin.dot(a.getBasis().getColumn(axis));
-  } else {
-    read_angles(a, b, spin, to);
+  const std::array<double, 3> angles = angles_of(entry.kind, from, turned);
+  const int axis = only_rotation(entry.kind);
+  const btVector3 rates = axis < 0 ? rates_of(from, turned, spin) : btVector3(0, 0, 0);
+  for (int i = 0; i < 3; ++i) {
+    to.position[kAngularX + i] = angles[std::size_t(i)];
+    to.velocity[kAngularX + i] = i == axis ? spin.dot(from.getColumn(i)) : rates[i];
   }
   to.force = to_array(entry.feedback.m_appliedForceBodyB);
   to.torque = to_array(entry.feedback.m_appliedTorqueBodyB);
@@ -429,17 +441,23 @@ void World::read_joints(rust::Slice<JointState> out) const {
   }
 }
 
-void World::read_joints_of(rust::Slice<const JointId> ids, rust::Slice<JointState> out) const {
-  const Call call{"read_joints_of"};
-  if (out.size() != ids.size()) {
-    call.refuse("out", std::to_string(ids.size()) + " entries long", std::to_string(out.size()));
+void World::read_angles_of(rust::Slice<const JointId> ids, rust::Slice<double> out) const {
+  const Call call{"read_angles_of"};
+  if (out.size() != 3 * ids.size()) {
+    call.refuse("out", std::to_string(3 * ids.size()) + " entries long",
+                std::to_string(out.size()));
   }
   const auto& joints = state_->joints;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     if (ids[i].slot >= joints.size() || !joints[ids[i].slot]) {
       state_->joint(call, "ids[" + std::to_string(i) + "]", ids[i]);
     }
-    out[i] = read_joint(*joints[ids[i].slot]);
+    const JointEntry& entry = *joints[ids[i].slot];
+    const btTransform& parent = entry.parent->body->getWorldTransform();
+    const btTransform& child = entry.child->body->getWorldTransform();
+    const auto angles = angles_of(entry.kind, parent.getBasis() * entry.frame_in_parent.getBasis(),
+                                  child.getBasis() * entry.frame_in_child.getBasis());
+    std::copy(angles.begin(), angles.end(), out.begin() + std::ptrdiff_t(3 * i));
   }
 }
 

@@ -59,7 +59,7 @@ class World {
   void set_motors(rust::Slice<const MotorCommand> commands);
   std::size_t joint_slots() const noexcept;
   void read_joints(rust::Slice<JointState> out) const;
-  void read_joints_of(rust::Slice<const JointId> ids, rust::Slice<JointState> out) const;
+  void read_angles_of(rust::Slice<const JointId> ids, rust::Slice<double> out) const;
 
   // contacts.cc
   std::size_t contact_count() const noexcept;

@@ -9,6 +9,7 @@
 
 #include "refusal.h"
 #include "world.h"
+#include "lockstep/lane.h"
 #include "lockstep/layout.h"
 #include "lockstep/packing.h"
 

@@ -10,7 +10,7 @@ namespace itarl::lockstep {
 
 namespace {
 
-Kind kind_of(const Layout::Form& form) {
+Kind kind_of(const Form& form) {
   if (form.angular) return form.free ? Kind::AngularFree : Kind::Angular;
   if (form.full) return form.free ? Kind::FullFree : Kind::Full;
   return Kind::General;
@@ -134,11 +134,9 @@ void Layout::list_rows() {
   }
 }
 
-// Whether a row without limits is swept in one go with the one before. That saves reading and writing
-// velocities, which counts where vectors are wide; with few lanes it pays more to fill the waits in
-// between with other rows.
+// Whether a row without limits is swept in one go with the one before.
 bool Layout::goes_on(std::uint32_t row) const {
-  if (lanes_ * sizeof(Scalar) < 32 || row == 0 || row >= joint_row_count_) return false;
+  if (!sweeps_runs(lanes_) || row == 0 || row >= joint_row_count_) return false;
   // A run's Jacobians must fit into their part of a page.
   if (runs_.back().count == page_part(lanes_) / jacobian_block(Kind::FullFree)) return false;
   const PlacedRow &one = placed_[row - 1], &other = placed_[row];

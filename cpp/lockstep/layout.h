@@ -39,6 +39,22 @@ struct Signature {
   }
 };
 
+// What is special about a joint's row.
+struct Form {
+  bool angular = true;  // n1 = n2 = 0, r2 = -r1, cfm = 0
+  bool full = true;     // n2 = -n1, cfm = 0
+  bool free = true;     // no limits
+  bool shares = true;   // r1 of the row before it
+  bool operator==(const Form& other) const {
+    return angular == other.angular && full == other.full && free == other.free &&
+           shares == other.shares;
+  }
+  Form operator&(const Form& other) const {
+    return {angular && other.angular, full && other.full, free && other.free,
+            shares && other.shares};
+  }
+};
+
 // A row as packing sees it.
 struct PlacedRow {
   Kind kind;
@@ -62,14 +78,8 @@ class Layout {
   void need_rows(std::uint32_t joint, std::uint32_t count);
   void need_contacts(std::uint32_t body, std::uint32_t count);
 
-  // What a joint's row was found to be. It begins as the most special form and only becomes more
+  // What is known of a joint's row. It begins as the most special form and only becomes more
   // general, whereupon places change.
-  struct Form {
-    bool angular = true;  // else full
-    bool full = true;     // else general
-    bool free = true;     // no limits
-    bool shares = true;   // the Jacobian of the row before it
-  };
   Form form(const PlacedRow& row) const { return forms_[row.owner][row.part]; }
   void set_form(const PlacedRow& row, Form form);
 

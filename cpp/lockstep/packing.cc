@@ -25,7 +25,7 @@ static_assert(offsetof(btSolverConstraint, m_friction) ==
                       offsetof(btSolverConstraint, m_cfm) + 2 * sizeof(btScalar),
               "rows are read four numbers at a time");
 
-// A row that does nothing, for worlds that have none in a slot.
+// A row that does nothing, for worlds that have none.
 const btSolverConstraint& no_row() {
   alignas(btSolverConstraint) static const std::array<unsigned char, sizeof(btSolverConstraint)>
       zeros{};
@@ -35,29 +35,6 @@ const btSolverBody& no_body() {
   alignas(btSolverBody) static const std::array<unsigned char, sizeof(btSolverBody)> zeros{};
   return *reinterpret_cast<const btSolverBody*>(zeros.data());
 }
-
-// Of the three numbers of each vector; zeros of either sign are alike.
-#if defined(__SSE2__) && !defined(ITARL_FLOAT64)
-__m128 load(const btVector3& v) { return _mm_load_ps(v.m_floats); }
-bool all(__m128 mask) { return (_mm_movemask_ps(mask) & 7) == 7; }
-bool are_zero(const btVector3& a, const btVector3& b) {
-  const __m128 zero = _mm_setzero_ps();
-  return all(_mm_and_ps(_mm_cmpeq_ps(load(a), zero), _mm_cmpeq_ps(load(b), zero)));
-}
-bool are_opposite(const btVector3& a, const btVector3& b) {
-  return all(_mm_cmpeq_ps(load(a), _mm_xor_ps(load(b), _mm_set1_ps(-0.f))));
-}
-bool are_same(const btVector3& a, const btVector3& b) { return all(_mm_cmpeq_ps(load(a), load(b))); }
-#else
-bool are_same(const btVector3& a, const btVector3& b) {
-  return a.x() == b.x() && a.y() == b.y() && a.z() == b.z();
-}
-bool are_zero(const btVector3& a, const btVector3& b) {
-  const btVector3 zero(0, 0, 0);
-  return are_same(a, zero) && are_same(b, zero);
-}
-bool are_opposite(const btVector3& a, const btVector3& b) { return are_same(a, -b); }
-#endif
 
 // Four numbers of each world become one vector for each number.
 template <int W, typename Source>
@@ -82,116 +59,123 @@ inline void transpose(const std::array<Scalar*, 4>& to, Source source) {
   }
 }
 
-}  // namespace
+// One row of the layout, as each world has it.
+template <int W>
+struct Rows {
+  std::array<const btSolverConstraint*, W> in;
+  std::array<bool, W> moves_first;  // for rows with one moving body: whether it's the first of two
 
-void Lane::read(State& state, const std::vector<std::uint32_t>& movers, std::uint64_t structure) {
-  solver_ = &state.solver;
-  signature_.structure = structure;
-  const int mode = solver_->info().m_solverMode;
-  uncovered_ = (mode & SOLVER_RANDMIZE_ORDER) != 0      ? "rows in a random order"
-               : solver_->rolling_rows().size() > 0 ? "rolling friction"
-                                                    : nullptr;
-  if (uncovered_ != nullptr) return;
-  read_bodies(movers);
-  read_joints();
-  read_contacts();
-}
-
-void Lane::read_bodies(const std::vector<std::uint32_t>& movers) {
-  auto& pool = solver_->bodies();
-  std::uint32_t count = 0;
-  for (const std::uint32_t mover : movers) count += mover != kNoBody;
-  bodies_.assign(count, nullptr);
-  mover_of_.assign(std::size_t(pool.size()), kNoBody);
-  for (int i = 0; i < pool.size(); ++i) {
-    const btRigidBody* const body = pool[i].m_originalBody;
-    const std::uint32_t mover = body == nullptr ? kNoBody : movers[slot_of(*body)];
-    mover_of_[std::size_t(i)] = mover;
-    if (mover != kNoBody) bodies_[mover] = &pool[i];
+  Rows(const std::vector<Lane*>& lanes, std::size_t index, bool of_contact) {
+    in.fill(&no_row());
+    moves_first.fill(true);
+    for (std::size_t lane = 0; lane < lanes.size(); ++lane) {
+      if (lanes[lane]->row(index) == nullptr) continue;
+      in[lane] = lanes[lane]->row(index);
+      if (of_contact) moves_first[lane] = lanes[lane]->moves_first(index);
+    }
   }
-}
+};
 
-void Lane::read_joints() {
-  const auto& constraints = solver_->constraints();
-  auto& pool = solver_->joint_rows();
-  signature_.joints.clear();
-  first_row_.clear();
-  row_counts_.clear();
-  int row = 0;
-  for (std::size_t i = 0; i < constraints.size(); ++i) {
-    const int rows = solver_->rows_of(int(i));
-    if (rows == 0) continue;
-    signature_.joints.push_back({std::uint32_t(constraints[i]->getUserConstraintId()),
-                                 mover(pool[row].m_solverBodyIdA),
-                                 mover(pool[row].m_solverBodyIdB)});
-    first_row_.push_back(std::uint32_t(row));
-    row_counts_.push_back(std::uint32_t(rows));
-    row += rows;
-  }
-  for (int i = 0; i < row; ++i) {
-    if (!(pool[i].m_lowerLimit <= pool[i].m_upperLimit)) uncovered_ = "limits without a range";
-    // 1 / k must be a number: Bullet's residual would be none, and its early end another.
-    if (!(pool[i].m_jacDiagABInv > 0)) uncovered_ = "a row that nothing can satisfy";
-  }
-}
+// Writes a row of all worlds into its places.
+template <int W>
+class Writer {
+ public:
+  Writer(Scalar* values, const PlacedRow& row, const Rows<W>& rows)
+      : values_(values), row_(row), rows_(rows) {}
 
-void Lane::read_contacts() {
-  auto& pool = solver_->contact_rows();
-  contacts_.assign(bodies_.size(), 0);
-  pairs_.clear();
-  bool touch = false;  // two moving bodies
-  for (int i = 0; i < pool.size(); ++i) {
-    const std::uint32_t a = mover(pool[i].m_solverBodyIdA), b = mover(pool[i].m_solverBodyIdB);
-    pairs_.push_back(a == kNoBody ? ContactKey{b, a} : ContactKey{a, b});
-    if (a != kNoBody && b != kNoBody) {
-      touch = true;
+  // Applied impulse, coefficient of friction, k, right-hand side; then cfm and the limits.
+  void numbers() {
+    const bool has_cfm = !is_angular(row_.kind) && !is_full(row_.kind);
+    const bool limited = target_block(row_.kind) == 3;
+    const std::uint32_t target = row_.target;
+    Scalar* const unused = unused_.data();
+    transpose<W>({at(row_.applied), is_friction(row_.kind) ? at(target + kCoefficient) : unused,
+                  row_.shares ? unused : k(), at(target)},
+                 [&](int lane) { return &in(lane).m_appliedImpulse; });
+    if (!has_cfm && !limited) return;
+    transpose<W>({has_cfm ? k() + W : unused, limited ? at(target + kLower) : unused,
+                  limited ? at(target + kUpper) : unused, unused},
+                 [&](int lane) { return &in(lane).m_cfm; });
+  }
+
+  void jacobian() {
+    const auto n1 = [&](int lane) -> auto& { return in(lane).m_contactNormal1; };
+    const auto n2 = [&](int lane) -> auto& { return in(lane).m_contactNormal2; };
+    const auto r1 = [&](int lane) -> auto& { return in(lane).m_relpos1CrossNormal; };
+    const auto r2 = [&](int lane) -> auto& { return in(lane).m_relpos2CrossNormal; };
+    const auto e1 = [&](int lane) -> auto& { return in(lane).m_angularComponentA; };
+    const auto e2 = [&](int lane) -> auto& { return in(lane).m_angularComponentB; };
+    if (is_angular(row_.kind)) {
+      vectors(r1, e1, e2);
+    } else if (is_full(row_.kind)) {
+      vectors(n1, r1, r2, e1, e2);
+    } else if (has_pair(row_.kind)) {
+      vectors(n1, r1, n2, r2, e1, e2);
     } else {
-      ++contacts_[a == kNoBody ? b : a];
-    }
-    if (!(pool[i].m_jacDiagABInv > 0)) uncovered_ = "a row that nothing can satisfy";
-  }
-  auto& frictions = solver_->friction_rows();
-  for (int i = 0; i < frictions.size(); ++i) {
-    if (!(frictions[i].m_jacDiagABInv > 0)) uncovered_ = "a row that nothing can satisfy";
-  }
-  signature_.contacts.clear();
-  if (touch) signature_.contacts = pairs_;
-}
-
-void Lane::assign_rows(const Layout& layout) {
-  const std::vector<PlacedRow>& rows = layout.rows();
-  rows_.assign(rows.size(), nullptr);
-  const btSolverConstraint* const joints =
-      solver_->joint_rows().size() > 0 ? &solver_->joint_rows()[0] : nullptr;
-  std::size_t i = 0;
-  for (std::uint32_t joint = 0; i < layout.joint_row_count(); ++joint) {
-    for (; i < layout.joint_row_count() && rows[i].owner == joint; ++i) {
-      if (rows[i].part < row_counts_[joint]) rows_[i] = joints + first_row_[joint] + rows[i].part;
+      const auto either = [&](auto one, auto other) {
+        return [this, one, other](int lane) -> auto& {
+          return rows_.moves_first[std::size_t(lane)] ? one(lane) : other(lane);
+        };
+      };
+      vectors(either(n1, n2), either(r1, r2), either(e1, e2));
     }
   }
 
-  pool_contact_.assign(layout.contact_count(), -1);
-  seen_.assign(bodies_.size(), 0);
-  for (std::size_t contact = 0; contact < pairs_.size(); ++contact) {
-    const std::uint32_t body = pairs_[contact].a;
-    const std::size_t place =
-        layout.lists_contacts() ? contact : layout.contact_index(body, seen_[body]++);
-    pool_contact_[place] = int(contact);
+  // The last number of a Jacobian but for cfm.
+  Scalar* k() {
+    const bool has_cfm = !is_angular(row_.kind) && !is_full(row_.kind);
+    return at(row_.jacobian + jacobian_block(row_.kind) - (has_cfm ? 2 : 1));
   }
-  for (; i < rows.size(); ++i) {
-    const int contact = pool_contact_[rows[i].owner];
-    if (contact < 0) continue;
-    const btSolverConstraint& row = solver_->contact_rows()[contact];
-    rows_[i] = rows[i].part == 0
-                   ? &row
-                   : &solver_->friction_rows()[row.m_frictionIndex + int(rows[i].part) - 1];
+
+ private:
+  const btSolverConstraint& in(int lane) const { return *rows_.in[std::size_t(lane)]; }
+  Scalar* at(std::uint32_t place) { return values_ + std::size_t(place) * W; }
+
+  template <typename... Members>
+  void vectors(Members... members) {
+    Scalar* to = at(row_.jacobian);
+    const auto one = [&](auto member) {
+      transpose<W>({to, to + W, to + 2 * W, unused_.data()},
+                   [&](int lane) { return member(lane).m_floats; });
+      to += 3 * W;
+    };
+    (one(members), ...);
   }
-}
+
+  Scalar* values_;
+  const PlacedRow& row_;
+  const Rows<W>& rows_;
+  alignas(64) std::array<Scalar, W> unused_;
+};
+
+}  // namespace
 
 void Packing::pack(Layout& layout, std::vector<Lane*>& lanes, int width) {
   layout_ = &layout;
   lanes_ = lanes;
   width_ = width;
+  make_room(layout);
+  switch (width) {
+    case 16:
+      pack_lanes<16>(layout);
+      break;
+    case 8:
+      pack_lanes<8>(layout);
+      break;
+    case 4:
+      pack_lanes<4>(layout);
+      break;
+    case 2:
+      pack_lanes<2>(layout);
+      break;
+    default:
+      pack_lanes<1>(layout);
+  }
+  layout.rows_in_order(contacts_now_, rows_);
+}
+
+// For as many rows of joints and contacts as the worlds have now.
+void Packing::make_room(Layout& layout) {
   contacts_now_.assign(layout.body_count(), 0);
   for (const Lane* lane : lanes_) {
     for (std::uint32_t i = 0; i < lane->signature().joints.size(); ++i) {
@@ -204,149 +188,54 @@ void Packing::pack(Layout& layout, std::vector<Lane*>& lanes, int width) {
   for (std::uint32_t body = 0; body < layout.body_count(); ++body) {
     layout.need_contacts(body, contacts_now_[body]);
   }
-  const auto once = [&](auto pack_rows) {
-    layout.settle();
-    for (Lane* lane : lanes_) lane->assign_rows(layout);
-    constexpr std::size_t kPage = 4096;
-    const std::size_t needed = std::size_t(layout.size()) * std::size_t(width) + kPage;
-    if (storage_.size() < needed) storage_.resize(needed);
-    const auto address = reinterpret_cast<std::uintptr_t>(storage_.data());
-    values_ = storage_.data() + (kPage - address % kPage) % kPage / sizeof(Scalar);
-    return pack_rows();
-  };
-  // A row that turned out to be less special has moved the others.
-  const auto until_settled = [&](auto lanes_of) {
-    constexpr int W = decltype(lanes_of)::value;
-    while (!once([&] { return pack_rows<W>(layout); })) {
-    }
-    pack_bodies<W>(layout);
-  };
-  switch (width) {
-    case 16:
-      until_settled(std::integral_constant<int, 16>{});
-      break;
-    case 8:
-      until_settled(std::integral_constant<int, 8>{});
-      break;
-    case 4:
-      until_settled(std::integral_constant<int, 4>{});
-      break;
-    case 2:
-      until_settled(std::integral_constant<int, 2>{});
-      break;
-    default:
-      until_settled(std::integral_constant<int, 1>{});
-  }
-  layout.rows_in_order(contacts_now_, rows_);
 }
 
-// False if a row's form didn't fit, which is then corrected.
 template <int W>
-bool Packing::pack_rows(Layout& layout) {
-  bool fits = true;
-  largest_k_.assign(W, 0);
-  std::array<const btSolverConstraint*, W> from;
-  std::array<const btSolverConstraint*, W> previous;
-  std::array<bool, W> first;
-  alignas(64) std::array<Scalar, W> unused;
-  previous.fill(&no_row());
-  const std::vector<PlacedRow>& rows = layout.rows();
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const PlacedRow& row = rows[i];
-    const bool of_joint = i < layout.joint_row_count();
-    from.fill(&no_row());
-    first.fill(true);
-    for (std::size_t lane = 0; lane < lanes_.size(); ++lane) {
-      if (lanes_[lane]->row(i) == nullptr) continue;
-      from[lane] = lanes_[lane]->row(i);
-      if (!of_joint) first[lane] = lanes_[lane]->moves_first(i);
-    }
-    if (of_joint) {
-      const Layout::Form before = layout.form(row);
-      Layout::Form form = before;
-      for (std::size_t lane = 0; lane < lanes_.size(); ++lane) {
-        const btSolverConstraint& c = *from[lane];
-        const bool absent = from[lane] == &no_row();
-        const bool rigid = c.m_cfm == 0;
-        if (form.angular) {
-          form.angular = rigid && are_zero(c.m_contactNormal1, c.m_contactNormal2) &&
-                         are_opposite(c.m_relpos1CrossNormal, c.m_relpos2CrossNormal);
-        }
-        if (!form.angular && form.full) {
-          form.full = rigid && are_opposite(c.m_contactNormal1, c.m_contactNormal2);
-        }
-        if (form.free) {
-          form.free = absent ||
-                      (c.m_lowerLimit <= -SIMD_INFINITY && c.m_upperLimit >= SIMD_INFINITY);
-        }
-        if (row.shares && form.shares && !absent) {
-          form.shares = are_same(c.m_relpos1CrossNormal, previous[lane]->m_relpos1CrossNormal);
-        }
-      }
-      if (form.angular != before.angular || form.full != before.full || form.free != before.free ||
-          form.shares != before.shares) {
-        layout.set_form(row, form);
-        fits = false;
-      }
-    }
-    previous = from;
+void Packing::pack_lanes(Layout& layout) {
+  do {  // a row that turns out to be less special than it was moves the others
+    layout.settle();
+    for (Lane* lane : lanes_) lane->assign_rows(layout);
+  } while (!fit_forms(layout));
+  constexpr std::size_t kPage = 4096;
+  const std::size_t needed = std::size_t(layout.size()) * W + kPage;
+  if (storage_.size() < needed) storage_.resize(needed);
+  const auto address = reinterpret_cast<std::uintptr_t>(storage_.data());
+  values_ = storage_.data() + (kPage - address % kPage) % kPage / sizeof(Scalar);
+  pack_rows<W>(layout);
+  pack_bodies<W>(layout);
+}
 
-    const auto place = [&](std::uint32_t vector) { return values_ + std::size_t(vector) * W; };
-    Scalar* const sink = unused.data();
-    const auto three = [&](std::uint32_t vector, auto member) {
-      transpose<W>({place(vector), place(vector + 1), place(vector + 2), sink},
-                   [&](int lane) { return member(std::size_t(lane)).m_floats; });
-    };
-    // Applied impulse, coefficient of friction, k, right-hand side; then cfm and the limits.
-    const std::uint32_t j = row.jacobian, t = row.target;
-    const std::uint32_t last = j + jacobian_block(row.kind) - 1;
-    const bool has_cfm = !is_angular(row.kind) && !is_full(row.kind);
-    Scalar* const k = place(has_cfm ? last - 1 : last);
-    const bool limited = target_block(row.kind) == 3;
-    transpose<W>({place(row.applied), is_friction(row.kind) ? place(t + kCoefficient) : sink,
-                  row.shares ? sink : k, place(t)},
-                 [&](int lane) { return &from[std::size_t(lane)]->m_appliedImpulse; });
-    if (has_cfm || limited) {
-      transpose<W>({has_cfm ? place(last) : sink, limited ? place(t + kLower) : sink,
-                    limited ? place(t + kUpper) : sink, sink},
-                   [&](int lane) { return &from[std::size_t(lane)]->m_cfm; });
+// False if a row's form had to be corrected.
+bool Packing::fit_forms(Layout& layout) const {
+  bool fits = true;
+  for (std::size_t i = 0; i < layout.joint_row_count(); ++i) {
+    const PlacedRow& row = layout.rows()[i];
+    const Form before = layout.form(row);
+    Form form = before;
+    for (const Lane* lane : lanes_) {
+      if (lane->row(i) != nullptr) form = form & lane->form(row.owner, row.part);
     }
-    if (!row.shares) {
-      for (std::size_t lane = 0; lane < W; ++lane) {
-        largest_k_[lane] = std::max(largest_k_[lane], k[lane]);
-      }
-    }
-    if (row.shares) continue;
-    const auto n1 = [&](std::size_t lane) -> auto& { return from[lane]->m_contactNormal1; };
-    const auto n2 = [&](std::size_t lane) -> auto& { return from[lane]->m_contactNormal2; };
-    const auto r1 = [&](std::size_t lane) -> auto& { return from[lane]->m_relpos1CrossNormal; };
-    const auto r2 = [&](std::size_t lane) -> auto& { return from[lane]->m_relpos2CrossNormal; };
-    const auto e1 = [&](std::size_t lane) -> auto& { return from[lane]->m_angularComponentA; };
-    const auto e2 = [&](std::size_t lane) -> auto& { return from[lane]->m_angularComponentB; };
-    if (is_angular(row.kind)) {
-      three(j, r1);
-      three(j + 3, e1);
-      three(j + 6, e2);
-    } else if (is_full(row.kind)) {
-      three(j, n1);
-      three(j + 3, r1);
-      three(j + 6, r2);
-      three(j + 9, e1);
-      three(j + 12, e2);
-    } else if (has_pair(row.kind)) {
-      three(j, n1);
-      three(j + 3, r1);
-      three(j + 6, n2);
-      three(j + 9, r2);
-      three(j + 12, e1);
-      three(j + 15, e2);
-    } else {
-      three(j, [&](std::size_t lane) -> auto& { return first[lane] ? n1(lane) : n2(lane); });
-      three(j + 3, [&](std::size_t lane) -> auto& { return first[lane] ? r1(lane) : r2(lane); });
-      three(j + 6, [&](std::size_t lane) -> auto& { return first[lane] ? e1(lane) : e2(lane); });
-    }
+    if (form == before) continue;
+    layout.set_form(row, form);
+    fits = false;
   }
   return fits;
+}
+
+template <int W>
+void Packing::pack_rows(const Layout& layout) {
+  largest_k_.assign(W, 0);
+  for (std::size_t i = 0; i < layout.rows().size(); ++i) {
+    const PlacedRow& row = layout.rows()[i];
+    const Rows<W> rows(lanes_, i, i >= layout.joint_row_count());
+    Writer<W> writer(values_, row, rows);
+    writer.numbers();
+    if (row.shares) continue;
+    writer.jacobian();
+    for (std::size_t lane = 0; lane < W; ++lane) {
+      largest_k_[lane] = std::max(largest_k_[lane], writer.k()[lane]);
+    }
+  }
 }
 
 template <int W>
@@ -358,7 +247,8 @@ void Packing::pack_bodies(const Layout& layout) {
     for (std::size_t lane = 0; lane < lanes_.size() && body < layout.body_count(); ++lane) {
       if (lanes_[lane]->body(body) != nullptr) from[lane] = lanes_[lane]->body(body);
     }
-    Scalar* const to = values_ + std::size_t(layout.body_place(body < layout.body_count() ? body : kNoBody)) * W;
+    const std::uint32_t place = layout.body_place(body < layout.body_count() ? body : kNoBody);
+    Scalar* const to = values_ + std::size_t(place) * W;
     const auto three = [&](int vector, auto member) {
       Scalar* const x = to + vector * W;
       transpose<W>({x, x + W, x + 2 * W, unused.data()},

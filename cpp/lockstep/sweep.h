@@ -13,6 +13,11 @@ using Scalar = double;
 using Scalar = float;
 #endif
 
+// Whether rows of a joint that all act are swept in one go. That saves reading and writing
+// velocities, which counts where vectors are wide; with few lanes it pays more to fill the waits in
+// between with other rows.
+constexpr bool sweeps_runs(int lanes) { return lanes * int(sizeof(Scalar)) >= 32; }
+
 struct Sweep {
   const Row* begin;
   const Row* end;

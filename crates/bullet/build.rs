@@ -3,7 +3,7 @@
 
 use std::{env, error::Error, path::Path, path::PathBuf};
 
-const SOURCES: [&str; 13] = [
+const SOURCES: [&str; 14] = [
     "world.cc",
     "shapes.cc",
     "bodies.cc",
@@ -15,6 +15,7 @@ const SOURCES: [&str; 13] = [
     "lockstep/structure.cc",
     "lockstep/schedule.cc",
     "lockstep/layout.cc",
+    "lockstep/lane.cc",
     "lockstep/packing.cc",
     "lockstep/group.cc",
 ];

@@ -317,7 +317,7 @@ pub mod ffi {
         /// `out` must have as many entries as there are slots or contacts.
         fn read_bodies(self: &World, out: &mut [BodyState]) -> Result<()>;
         fn read_joints(self: &World, out: &mut [JointState]) -> Result<()>;
-        fn read_joints_of(self: &World, ids: &[JointId], out: &mut [JointState]) -> Result<()>;
+        fn read_angles_of(self: &World, ids: &[JointId], out: &mut [f64]) -> Result<()>;
         fn read_contacts(self: &World, out: &mut [Contact]) -> Result<()>;
         fn mass_properties(self: &World, id: BodyId) -> Result<[f64; 4]>;
 

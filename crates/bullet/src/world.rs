@@ -158,11 +158,12 @@ impl World {
         Ok(self.inner.read_joints(out)?)
     }
 
-    /// What some joints do now, `out[i]` for `ids[i]`. `out` is resized to fit. Angles take time, so
-    /// that reading only what is needed pays in a loop.
-    pub fn read_joints_of(&self, ids: &[JointId], out: &mut Vec<JointState>) -> Result<(), Error> {
-        out.resize(ids.len(), JointState::default());
-        Ok(self.inner.read_joints_of(ids, out)?)
+    /// The angular positions of some joints, in rad: `out[3 i + k]` for `ids[i]` about x, y, z for `k`
+    /// of 0, 1, 2, as [`JointState::position`] has them. `out` is resized to fit. Reading only what is
+    /// needed pays where it's read before every step.
+    pub fn read_angles_of(&self, ids: &[JointId], out: &mut Vec<f64>) -> Result<(), Error> {
+        out.resize(3 * ids.len(), 0.0);
+        Ok(self.inner.read_angles_of(ids, out)?)
     }
 
     /// All contact points of the last step, in Bullet's order. `out` is resized to fit.

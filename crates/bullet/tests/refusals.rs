@@ -802,13 +802,13 @@ fn slots_are_not_used_again_and_buffers_mark_what_was_removed() {
     assert_eq!(exist, [false, true]);
     assert_eq!(joints[0], Default::default(), "all else is 0");
 
-    let mut some = Vec::new();
-    scene.world.read_joints_of(&[JointId { slot: 1 }; 2], &mut some).unwrap();
-    assert_eq!(some, [joints[1], joints[1]]);
+    let mut angles = Vec::new();
+    scene.world.read_angles_of(&[JointId { slot: 1 }; 2], &mut angles).unwrap();
+    assert_eq!(angles, [&joints[1].position[3..]; 2].concat());
     for slot in [0, 2] {
         let ids = [JointId { slot: 1 }, JointId { slot }];
-        let error = scene.world.read_joints_of(&ids, &mut some).unwrap_err();
-        assert!(error.to_string().starts_with(&format!("read_joints_of: ids[1] {slot} doesn't")));
+        let error = scene.world.read_angles_of(&ids, &mut angles).unwrap_err();
+        assert!(error.to_string().starts_with(&format!("read_angles_of: ids[1] {slot} doesn't")));
     }
 
     let shape = scene.world.add_shape(&Shape::Sphere { radius: 1.0 }).unwrap();

@@ -1,6 +1,6 @@
 //! A robot in a world: a morphology built, sensed and actuated.
 
-use bullet::{Axis, BodyId, BodyState, Contact, JointId, JointState, MotorCommand, World};
+use bullet::{Axis, BodyId, BodyState, Contact, JointId, MotorCommand, World};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::{
@@ -90,8 +90,8 @@ pub struct Robot {
     total_mass_kg: f64,
     /// Buffers.
     states: Vec<BodyState>,
-    /// `[n_moving]`
-    joint_states: Vec<JointState>,
+    /// `[3 x n_moving]`, about x, y, z, in rad.
+    angles: Vec<f64>,
     contact_points: Vec<Contact>,
     touching: Vec<bool>,
     commands: Vec<MotorCommand>,
@@ -100,8 +100,8 @@ pub struct Robot {
 #[derive(Debug)]
 struct Sensor {
     joint: JointId,
-    /// The joint's place among those that move.
-    state: usize,
+    /// Its place among the angles of joints that move.
+    angle: usize,
     place: Axis,
     axis: JointAxis,
 }
@@ -139,11 +139,13 @@ impl Robot {
             joints.iter().zip(morphology.joints()).filter(moves).map(|(&id, _)| id).collect();
         let sensor = |&id: &AxisId| {
             let joint = joints[id.joint];
+            let place = bullet_axis(morphology.joints()[id.joint].kind, morphology.axis(id).about);
+            // The joints' ids grow.
+            let among_moving = moving.partition_point(|other| *other < joint);
             Sensor {
                 joint,
-                // The joints' ids grow.
-                state: moving.partition_point(|other| *other < joint),
-                place: bullet_axis(morphology.joints()[id.joint].kind, morphology.axis(id).about),
+                angle: 3 * among_moving + place.index() - Axis::AngularX.index(),
+                place,
                 axis: morphology.axis(id).clone(),
             }
         };
@@ -175,7 +177,7 @@ impl Robot {
             touch_distance_m: morphology.touch_distance_m(),
             total_mass_kg: morphology.total_mass_kg(),
             states: Vec::new(),
-            joint_states: Vec::new(),
+            angles: Vec::new(),
             contact_points: Vec::new(),
             commands: Vec::new(),
         };
@@ -199,7 +201,7 @@ impl Robot {
     }
 
     fn look_at_joints(&mut self, world: &World) -> Result<(), Error> {
-        world.read_joints_of(&self.moving, &mut self.joint_states).map_err(|error| match error {
+        world.read_angles_of(&self.moving, &mut self.angles).map_err(|error| match error {
             bullet::Error::UnknownId { .. } => Error::OtherWorld,
             error => error.into(),
         })
@@ -219,7 +221,7 @@ impl Robot {
         out.values.clear();
         out.clipped.clear();
         for sensor in &self.sensors {
-            let angle = self.joint_states[sensor.state].position_of(sensor.place);
+            let angle = self.angles[sensor.angle];
             let value = sensor.axis.value_of(angle);
             out.values.push(value.clamp(-1.0, 1.0));
             out.clipped.push(value.abs() > 1.0);
@@ -276,8 +278,8 @@ impl Robot {
         self.look_at_joints(world)?;
         self.commands.clear();
         for servo in &self.servos {
-            let Sensor { joint, state, place, .. } = servo.sensor;
-            let angle = self.joint_states[state].position_of(place);
+            let Sensor { joint, angle, place, .. } = servo.sensor;
+            let angle = self.angles[angle];
             self.commands.push(MotorCommand {
                 joint,
                 axis: place,

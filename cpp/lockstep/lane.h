@@ -1,0 +1,66 @@
+// A world in a lane: what its solver's pools hold, in the layout's words.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "cut.h"
+#include "lockstep/layout.h"
+
+namespace itarl {
+struct State;
+}
+
+namespace itarl::lockstep {
+
+class Lane {
+ public:
+  // Reads the pools of a world whose solver waits. `movers` has for each body slot the number of
+  // the body among those that move, or kNoBody.
+  void read(State& state, const std::vector<std::uint32_t>& movers, std::uint64_t structure);
+
+  // Why lanes don't cover this world's rows, or nullptr.
+  const char* uncovered() const { return uncovered_; }
+  const Signature& signature() const { return signature_; }
+  CutSolver& solver() const { return *solver_; }
+  std::uint32_t rows(std::uint32_t joint) const { return row_counts_[joint]; }
+  // Of a joint's row that is there.
+  Form form(std::uint32_t joint, std::uint32_t number) const {
+    return forms_[first_row_[joint] + number];
+  }
+  // How many contacts a body has, if no two moving bodies touch.
+  std::uint32_t contacts(std::uint32_t body) const { return contacts_[body]; }
+
+  btSolverBody* body(std::uint32_t body) const { return bodies_[body]; }
+
+  // Finds the rows that a layout has.
+  void assign_rows(const Layout& layout);
+  // By index in the layout; null if there is none.
+  const btSolverConstraint* row(std::size_t index) const { return rows_[index]; }
+  // Whether a contact row's one moving body is the first of its two.
+  bool moves_first(std::size_t index) const {
+    return mover(rows_[index]->m_solverBodyIdA) != kNoBody;
+  }
+
+ private:
+  void read_bodies(const std::vector<std::uint32_t>& movers);
+  void read_joints();
+  void read_contacts();
+  std::uint32_t mover(int solver_body) const { return mover_of_[std::size_t(solver_body)]; }
+
+  CutSolver* solver_ = nullptr;
+  const char* uncovered_ = nullptr;
+  Signature signature_;
+  std::vector<btSolverBody*> bodies_;       // by mover; null if not in the pool
+  std::vector<std::uint32_t> mover_of_;     // by solver body
+  std::vector<std::uint32_t> first_row_;    // by joint, in joint_rows()
+  std::vector<std::uint32_t> row_counts_;   // by joint
+  std::vector<Form> forms_;                 // by row in joint_rows()
+  std::vector<std::uint32_t> contacts_;     // by mover
+  std::vector<ContactKey> pairs_;           // by contact of the pool
+  std::vector<std::uint32_t> seen_;         // contacts by mover, while they're assigned
+  std::vector<int> pool_contact_;           // by contact of the layout; -1 if there is none
+  std::vector<const btSolverConstraint*> rows_;  // by row of the layout
+};
+
+}  // namespace itarl::lockstep
