@@ -35,6 +35,13 @@ btScalar CutSolver::solveGroup(btCollisionObject** bodies, int body_count,
   info_ = &info;
   solveGroupCacheFriendlySetup(bodies, body_count, manifolds, manifold_count, constraints,
                                constraint_count, info, drawer);
+  // As the first iteration does: joints without rows get solver bodies, too. A body that is in the
+  // pool for this alone has its velocities written back, which makes zeros positive.
+  for (btTypedConstraint* const constraint : constraints_) {
+    if (!constraint->isEnabled()) continue;
+    getOrInitSolverBody(constraint->getRigidBodyA(), info.m_timeStep);
+    getOrInitSolverBody(constraint->getRigidBodyB(), info.m_timeStep);
+  }
   split_impulses();
   waits_ = true;
   return 0;
@@ -61,14 +68,36 @@ void CutSolver::finish() {
   if ((info_->m_solverMode & SOLVER_USE_WARMSTARTING) != 0) {
     writeBackContacts(0, m_tmpSolverContactConstraintPool.size(), *info_);
   }
-  report_joints();
+  if (has_known_arithmetic()) {
+    report_joints();
+  } else {
+    writeBackJoints(0, m_tmpSolverNonContactConstraintPool.size(), *info_);
+  }
   writeBackBodies(0, m_tmpSolverBodyPool.size(), *info_);
+  clear();
+}
+
+void CutSolver::abandon() {
+  pauses_ = false;
+  clear();
+}
+
+void CutSolver::clear() {
   m_tmpSolverContactConstraintPool.resizeNoInitialize(0);
   m_tmpSolverNonContactConstraintPool.resizeNoInitialize(0);
   m_tmpSolverContactFrictionConstraintPool.resizeNoInitialize(0);
   m_tmpSolverContactRollingFrictionConstraintPool.resizeNoInitialize(0);
   m_tmpSolverBodyPool.resizeNoInitialize(0);
   waits_ = false;
+}
+
+bool CutSolver::has_known_arithmetic() {
+#ifdef __x86_64__
+  return getActiveConstraintRowSolverGeneric() == getScalarConstraintRowSolverGeneric() &&
+         getActiveConstraintRowSolverLowerLimit() == getScalarConstraintRowSolverLowerLimit();
+#else
+  return false;
+#endif
 }
 
 void CutWorld::begin_step(btScalar time_step) {

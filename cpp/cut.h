@@ -31,6 +31,11 @@ class CutSolver final : public btSequentialImpulseConstraintSolver {
   void split_impulses();
   // Bullet's own iterations over all rows.
   void iterate();
+  // Forgets the rows, after something that went wrong half way.
+  void abandon();
+  // Whether Bullet's rows are swept by the scalar code that lanes repeat, without fused multiply-add:
+  // on x86-64, unless Bullet was built with vector rows, which Debian's isn't.
+  bool has_known_arithmetic();
   // Hands velocities and impulses from the pools to bodies, contacts and joints.
   void finish();
 
@@ -55,6 +60,7 @@ class CutSolver final : public btSequentialImpulseConstraintSolver {
                      const btContactSolverInfo& info) override;
 
  private:
+  void clear();
   void report_joints();
   void make_rows(btTypedConstraint& constraint, int first, int count,
                  const btContactSolverInfo& info);

@@ -4,6 +4,7 @@
 // twice, and does so again for every row about one axis. Here each product is made once. What is
 // left is done in Bullet's order, so that all numbers have the same bits; the factors that bodies
 // may have on velocities are 1, since the crate doesn't set them, and a product with 1 is exact.
+#include <cmath>
 #include <cstring>
 
 #include "cut.h"
@@ -15,7 +16,7 @@ namespace {
 // A vector or a column of a matrix, in one register.
 typedef btScalar Four __attribute__((vector_size(4 * sizeof(btScalar))));
 
-// btVector3 has a fourth number, which is 0 in all vectors here.
+// btVector3 has a fourth number, which nobody reads.
 Four load(const btVector3& v) {
   Four four;
   std::memcpy(&four, v.m_floats, sizeof four);
@@ -58,7 +59,7 @@ bool has_same_jacobian(const btSolverConstraint& a, const btSolverConstraint& b)
 
 void CutSolver::convertJoints(btTypedConstraint** constraints, int count,
                               const btContactSolverInfo& info) {
-  if (!pauses_) {
+  if (!pauses_ || !has_known_arithmetic()) {
     btSequentialImpulseConstraintSolver::convertJoints(constraints, count, info);
     return;
   }
@@ -169,7 +170,8 @@ void CutSolver::report_joints() {
     const btScalar impulse = row.m_appliedImpulse;
     btJointFeedback* const feedback = constraint.getJointFeedback();
     if (feedback != nullptr && impulse != 0) {
-      if (!row.m_contactNormal1.isZero() || !row.m_contactNormal2.isZero()) {
+      const bool moves = !row.m_contactNormal1.isZero() || !row.m_contactNormal2.isZero();
+      if (moves || !std::isfinite(impulse)) {  // infinity times zero isn't zero
         add(feedback->m_appliedForceBodyA, row.m_contactNormal1, impulse);
         add(feedback->m_appliedForceBodyB, row.m_contactNormal2, impulse);
       }

@@ -374,7 +374,7 @@ JointId World::add_joint(const JointSpec& spec) {
   entry->joint->setJointFeedback(&entry->feedback);
   entry->joint->setUserConstraintId(static_cast<int>(state.joints.size()));
 
-  state.structure = 0;
+  state.structure.clear();
   state.joints.push_back(std::move(entry));
   state.world.addConstraint(state.joints.back()->joint.get(), !spec.collide_connected);
   if (!spec.collide_connected) forget_contacts(state, a, b);
@@ -392,7 +392,7 @@ void World::remove_joint(JointId id) {
   --entry.parent->joints;
   --entry.child->joints;
   state.joints[id.slot].reset();
-  state.structure = 0;
+  state.structure.clear();
 }
 
 void World::set_motors(rust::Slice<const MotorCommand> commands) {

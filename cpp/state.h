@@ -84,8 +84,8 @@ struct State {
   // Set when the state stopped being finite, or half of one was restored: Bullet must not go on.
   std::optional<Refusal> broken;
   std::vector<std::uint8_t> snapshot;  // the buffer behind encode_state
-  // Of lockstep/structure.h; 0 until someone asks, and when bodies or joints come and go.
-  mutable std::uint64_t structure = 0;
+  // Of lockstep/structure.h; empty until someone asks, and when bodies or joints come and go.
+  mutable std::vector<std::uint64_t> structure;
 
   ShapeEntry& shape(const Call& call, std::string_view argument, ShapeId id) const;
   BodyEntry& body(const Call& call, std::string_view argument, BodyId id) const;

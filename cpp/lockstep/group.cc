@@ -69,6 +69,7 @@ void Lockstep::step() {
       step_some(&states[i], &results_[i], count);
     } catch (...) {  // out of memory, say, in the middle of a step
       for (std::size_t k = i; k < i + count; ++k) {
+        states[k]->solver.abandon();
         if (!states[k]->broken) states[k]->broken = Refusal('I', {"a step was left half done"});
       }
       throw;
@@ -84,8 +85,11 @@ void Lockstep::result(std::size_t index) const {
 
 // Which bodies move.
 void Lockstep::study(const State& state) {
-  if (structure_ == structure_of(state) && !movers_.empty()) return;
-  structure_ = structure_of(state);
+  const std::vector<std::uint64_t>& structure = structure_of(state);
+  if (structure_ < structures_.size() && structures_[structure_] == structure) return;
+  const auto known = std::find(structures_.begin(), structures_.end(), structure);
+  structure_ = std::size_t(known - structures_.begin());
+  if (known == structures_.end()) structures_.push_back(structure);
   movers_.assign(state.bodies.size(), lockstep::kNoBody);
   std::uint32_t next = 0;
   for (std::size_t slot = 0; slot < state.bodies.size(); ++slot) {
@@ -108,7 +112,7 @@ void Lockstep::step_some(State** states, std::optional<Refusal>* results, std::s
       continue;
     }
     lanes_[i]->read(state, movers_, structure_);
-    if (lanes_[i]->uncovered() != nullptr) {
+    if (!lanes_[i]->is_covered()) {
       ++uncovered_;
       state.solver.iterate();
     } else {

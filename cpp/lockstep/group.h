@@ -43,8 +43,10 @@ class Lockstep {
   lockstep::Instructions instructions_;
   std::vector<State*> states_;
   std::vector<std::optional<Refusal>> results_;
-  // By body slot, for the worlds of the last study().
-  std::uint64_t structure_ = 0;
+  // All structures of worlds so far, which of them the last study() found, and for it the movers by
+  // body slot.
+  std::vector<std::vector<std::uint64_t>> structures_;
+  std::size_t structure_ = ~std::size_t{0};
   std::vector<std::uint32_t> movers_;
   std::vector<std::unique_ptr<lockstep::Lane>> lanes_;
   // Of worlds whose rows are ready, and those of them that go into one sweep.

@@ -56,18 +56,15 @@ bool is_sound(const btSolverConstraint& row) {
          row.m_lowerLimit <= row.m_upperLimit;
 }
 
-constexpr const char* kUnsound = "a row that nothing can satisfy";
-
 }  // namespace
 
-void Lane::read(State& state, const std::vector<std::uint32_t>& movers, std::uint64_t structure) {
+void Lane::read(State& state, const std::vector<std::uint32_t>& movers, std::size_t structure) {
   solver_ = &state.solver;
   signature_.structure = structure;
   const int mode = solver_->info().m_solverMode;
-  uncovered_ = (mode & SOLVER_RANDMIZE_ORDER) != 0      ? "rows in a random order"
-               : solver_->rolling_rows().size() > 0 ? "rolling friction"
-                                                    : nullptr;
-  if (uncovered_ != nullptr) return;
+  covered_ = solver_->has_known_arithmetic() && (mode & SOLVER_RANDMIZE_ORDER) == 0 &&
+             solver_->rolling_rows().size() == 0;
+  if (!covered_) return;
   read_bodies(movers);
   read_joints();
   read_contacts();
@@ -105,7 +102,7 @@ void Lane::read_joints() {
     row_counts_.push_back(std::uint32_t(rows));
     for (int k = row; k < row + rows; ++k) {
       forms_.push_back(form_of(pool[k], k > row ? &pool[k - 1] : nullptr));
-      if (!is_sound(pool[k])) uncovered_ = kUnsound;
+      if (!is_sound(pool[k])) covered_ = false;
     }
     row += rows;
   }
@@ -124,11 +121,11 @@ void Lane::read_contacts() {
     } else {
       ++contacts_[a == kNoBody ? b : a];
     }
-    if (!is_sound(pool[i])) uncovered_ = kUnsound;
+    if (!is_sound(pool[i])) covered_ = false;
   }
   auto& frictions = solver_->friction_rows();
   for (int i = 0; i < frictions.size(); ++i) {
-    if (!is_sound(frictions[i])) uncovered_ = kUnsound;
+    if (!is_sound(frictions[i])) covered_ = false;
   }
   signature_.contacts.clear();
   if (touch) signature_.contacts = pairs_;

@@ -17,10 +17,10 @@ class Lane {
  public:
   // Reads the pools of a world whose solver waits. `movers` has for each body slot the number of
   // the body among those that move, or kNoBody.
-  void read(State& state, const std::vector<std::uint32_t>& movers, std::uint64_t structure);
+  void read(State& state, const std::vector<std::uint32_t>& movers, std::size_t structure);
 
-  // Why lanes don't cover this world's rows, or nullptr.
-  const char* uncovered() const { return uncovered_; }
+  // Whether this world's rows can be swept in lanes.
+  bool is_covered() const { return covered_; }
   const Signature& signature() const { return signature_; }
   CutSolver& solver() const { return *solver_; }
   std::uint32_t rows(std::uint32_t joint) const { return row_counts_[joint]; }
@@ -49,7 +49,7 @@ class Lane {
   std::uint32_t mover(int solver_body) const { return mover_of_[std::size_t(solver_body)]; }
 
   CutSolver* solver_ = nullptr;
-  const char* uncovered_ = nullptr;
+  bool covered_ = false;
   Signature signature_;
   std::vector<btSolverBody*> bodies_;       // by mover; null if not in the pool
   std::vector<std::uint32_t> mover_of_;     // by solver body

@@ -91,11 +91,15 @@ void Layout::settle() {
 
 void Layout::list_rows() {
   placed_.clear();
+  // The targets of a run must fit into their part of a page.
+  const std::uint32_t longest = page_part(lanes_) / target_block(Kind::Angular);
   for (std::uint32_t joint = 0; joint < forms_.size(); ++joint) {
     bool shares = false;  // whether a row could share with the one before
+    std::uint32_t length = 0;  // of the run so far
     for (std::uint32_t i = 0; i < forms_[joint].size(); ++i) {
       const Form& form = forms_[joint][i];
-      shares = shares && form.angular && form.shares;
+      shares = shares && form.angular && form.shares && length < longest;
+      length = shares ? length + 1 : 1;
       placed_.push_back({kind_of(form), joint, i, 0, 0, 0, shares});
       if (shares) {
         // A run is limited as a whole: what has no limits has some that are never reached.

@@ -30,7 +30,7 @@ struct ContactKey {
 
 // What worlds must have in common to share a layout.
 struct Signature {
-  std::uint64_t structure = 0;  // of the world; see structure.h
+  std::size_t structure = 0;  // of the world, among those that its Lockstep has seen
   std::vector<JointKey> joints;
   // Empty unless two moving bodies touch; else all contacts.
   std::vector<ContactKey> contacts;

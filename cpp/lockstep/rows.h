@@ -91,14 +91,8 @@ inline constexpr bool is_angular(Kind kind) {
   return kind == Kind::AngularFree || kind == Kind::Angular;
 }
 inline constexpr bool is_full(Kind kind) { return kind == Kind::FullFree || kind == Kind::Full; }
-inline constexpr bool is_free(Kind kind) {
-  return kind == Kind::AngularFree || kind == Kind::FullFree;
-}
 inline constexpr bool is_friction(Kind kind) {
   return kind == Kind::Friction || kind == Kind::PairFriction;
-}
-inline constexpr bool is_contact(Kind kind) {
-  return kind == Kind::Contact || kind == Kind::PairContact;
 }
 // Rows with one moving body have it in `a`.
 inline constexpr bool has_pair(Kind kind) { return kind != Kind::Contact && kind != Kind::Friction; }

@@ -1,5 +1,6 @@
 #include "lockstep/structure.h"
 
+#include <string_view>
 #include <vector>
 
 namespace itarl {
@@ -30,6 +31,15 @@ const char* name_of(JointKind kind) {
     default:
       return "6-dof spring";
   }
+}
+
+// Three bits for each of up to 12 letters.
+std::uint64_t number_of(const std::string& axes) {
+  std::uint64_t number = 0;
+  for (const char letter : axes) {
+    number = number * 8 + 1 + std::string_view("flrFLR+").find(letter);
+  }
+  return number;
 }
 
 // All that is compared, in order, each in words and as a number.
@@ -69,20 +79,18 @@ void list_facts(const State& state, Tell tell) {
                  std::to_string(child);
         },
         std::uint64_t(parent) << 32 | child);
-    tell([&] { return name + " with axes " + joint->axes; }, std::hash<std::string>{}(joint->axes));
+    tell([&] { return name + " with axes " + joint->axes; }, number_of(joint->axes));
   }
 }
 
 }  // namespace
 
-std::uint64_t structure_of(const State& state) {
-  if (state.structure != 0) return state.structure;
-  std::uint64_t hash = 0xcbf29ce484222325;  // FNV-1a, of eight bytes at a time
-  list_facts(state, [&](auto, std::uint64_t number) {
-    hash = (hash ^ number) * 0x100000001b3;
-    hash ^= hash >> 29;
-  });
-  return state.structure = hash == 0 ? 1 : hash;
+const std::vector<std::uint64_t>& structure_of(const State& state) {
+  if (state.structure.empty()) {
+    list_facts(state,
+               [&](auto, std::uint64_t number) { state.structure.push_back(number); });
+  }
+  return state.structure;
 }
 
 std::string difference(const State& first, const State& second, int which) {

@@ -5,13 +5,14 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "state.h"
 
 namespace itarl {
 
 // Equal for worlds that match.
-std::uint64_t structure_of(const State& state);
+const std::vector<std::uint64_t>& structure_of(const State& state);
 
 // The first thing that differs between two worlds, told of the first (0) or the second (1).
 std::string difference(const State& first, const State& second, int which);

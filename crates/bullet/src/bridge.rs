@@ -248,7 +248,7 @@ pub mod ffi {
         /// Bullet makes a group of each hundred or so joints and contacts that are apart.
         pub apart: u64,
         /// Steps left to Bullet's own loop for what lanes don't cover: rolling friction, a random
-        /// order of rows.
+        /// order of rows, rows that nothing can satisfy; all, with a Bullet that isn't Debian's.
         pub uncovered: u64,
         /// Steps left to it since what changed was so small that Bullet might have stopped early.
         pub doubtful: u64,

@@ -133,7 +133,8 @@ impl Lockstep {
     /// # Errors
     /// [`Error::Argument`] if the worlds don't match: they need the same number of iterations, the
     /// same solver mode, and the same bodies and joints, as far as rows depend on them. Masses,
-    /// shapes, poses, limits may differ. No world is stepped then.
+    /// shapes, poses, limits may differ. No world is stepped then. [`Error::Cpp`] if memory runs out:
+    /// worlds that were left in the middle of the step refuse to go on until they're restored.
     pub fn step(
         &mut self,
         worlds: &mut [&mut World],

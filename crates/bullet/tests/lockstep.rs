@@ -4,6 +4,8 @@
 
 mod common;
 
+use std::f64::consts::PI;
+
 use bullet::{
     AxisSettings, Body, BodyId, CollisionFilter, Error, Instructions, Joint, JointKind, Lengthwise,
     Lockstep, LockstepCounts, Motor, Push, Shape, SolverMode, Spring, World, WorldSettings,
@@ -180,6 +182,38 @@ fn many_robots_in_a_world() {
     };
     let counts = compare("chains", (3, 40), make, |_, _, _| ());
     assert!(counts.apart > 0 && counts.swept > 0, "{counts:?}");
+}
+
+/// A joint without a row brings a kinematic body into the solver, which makes its zeros positive.
+#[test]
+fn joints_without_rows_count() {
+    let settings = WorldSettings { gravity: Vector3::zeros(), ..Default::default() };
+    let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+    let bases = [0.0, PI, -PI, PI / 2.0];
+    for (axis, base) in axes.into_iter().flat_map(|axis| bases.map(|base| (axis, base))) {
+        for rate in [-0.05, -0.02, 0.02, 0.05] {
+            let turned = move |n: usize| {
+                let base = UnitQuaternion::from_euler_angles(base, 0.0, 0.0);
+                let turn = UnitQuaternion::from_scaled_axis(axis * (rate * n as f64));
+                Isometry3::from_parts(Translation3::identity(), turn * base)
+            };
+            let make = |i: usize| {
+                let mut world = World::new(&settings).unwrap();
+                let shape = world.add_shape(&Shape::Sphere { radius: 0.1 }).unwrap();
+                let table = world.add_body(&Body::kinematic(shape, turned(0))).unwrap();
+                let body = ball(&mut world, 0.1, 1.0 + i as f64, 1.0);
+                let above = Isometry3::translation(0.0, 0.0, 1.0);
+                let kind = JointKind::SixDofSpring(Box::new([AxisSettings::free(); 6]));
+                world
+                    .add_joint(&Joint::at(&above, kind, (table, &turned(0)), (body, &above)))
+                    .unwrap();
+                world
+            };
+            compare("turntable", (2, 60), make, |_, n, world| {
+                world.set_pose(BodyId { slot: 0 }, &turned(n + 1)).unwrap();
+            });
+        }
+    }
 }
 
 #[test]

@@ -19,6 +19,14 @@ pub enum Error {
         /// What blew up, and where.
         message: String,
     },
+    /// Something that isn't the cell's fault: it can be gone on with from its checkpoint.
+    #[error("{when}: {message}")]
+    Interrupted {
+        /// As above.
+        when: String,
+        /// What the world says.
+        message: String,
+    },
     /// A checkpoint's section that doesn't fit the cell.
     #[error("the checkpoint's section '{section}' doesn't fit: {message}")]
     Checkpoint {

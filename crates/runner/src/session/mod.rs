@@ -246,12 +246,24 @@ impl Session {
     }
 
     fn blew_up(&self, error: impl std::fmt::Display) -> Error {
-        let when = if self.is_settling() {
+        Error::BlewUp { when: self.now(), message: error.to_string() }
+    }
+
+    /// What a world that couldn't be stepped means for the cell.
+    fn lost(&self, error: &svenja::Error) -> Error {
+        use svenja::Error::{BlewUp, World};
+        match error {
+            BlewUp { .. } | World(bullet::Error::BlewUp { .. }) => self.blew_up(error),
+            _ => Error::Interrupted { when: self.now(), message: error.to_string() },
+        }
+    }
+
+    fn now(&self) -> String {
+        if self.is_settling() {
             format!("settling, control step {}", self.settling.1 + 1)
         } else {
             format!("control step {} (update {})", self.steps + 1, self.updates + 1)
-        };
-        Error::BlewUp { when, message: error.to_string() }
+        }
     }
 
     /// Whether the robot has yet to come to rest before the first control step.
@@ -316,7 +328,7 @@ pub fn control_step(sessions: &mut [&mut Session], solver: &mut Solver) -> Vec<R
         well.iter_mut().map(|(session, _)| &mut session.body).collect();
     let held = hold(&mut bodies, solver);
     for ((session, result), held) in well.into_iter().zip(held) {
-        *result = held.map_err(|error| session.blew_up(error)).and_then(|()| session.after());
+        *result = held.map_err(|error| session.lost(&error)).and_then(|()| session.after());
     }
     results
 }

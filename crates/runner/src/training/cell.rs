@@ -102,6 +102,7 @@ impl<'a> Trainee<'a> {
         observer: &dyn Observer,
     ) -> Option<Ending> {
         let ending = match result {
+            Err(error @ session::Error::Interrupted { .. }) => Err(error.into()),
             Err(error) => self.fail(&error),
             Ok(()) if self.session.is_to_learn() => self.learn(observer),
             Ok(()) => return None,

@@ -59,7 +59,7 @@ pub fn train_all(
             SolverKind::Lockstep => Solver::lockstep(),
         })
         .collect::<Result<Vec<_>, _>>()?;
-    let lanes = how.lanes.unwrap_or_else(|| solvers[0].lanes());
+    let lanes = how.lanes.unwrap_or_else(|| solvers[0].lanes()).max(1);
     let pool = Pool {
         lab,
         cells,
@@ -143,6 +143,7 @@ impl<'a> Pool<'a> {
 
 impl Crew<'_, '_> {
     fn work(mut self) {
+        let _guard = AtWork(self.pool);
         loop {
             self.fill();
             if self.members.is_empty() && !self.take_over() {
@@ -175,12 +176,14 @@ impl Crew<'_, '_> {
     fn step(&mut self) {
         let mut sessions: Vec<&mut Session> =
             self.members.iter_mut().map(|member| &mut member.trainee.session).collect();
-        let mut results = control_step(&mut sessions, &mut self.solver).into_iter();
+        let results = control_step(&mut sessions, &mut self.solver);
+        let mut results = results.into_iter();
         let (pool, is_to_stop) = (self.pool, self.pool.stop.is_wished());
         self.members.retain_mut(|member| {
             let trainee = &mut member.trainee;
-            let result = results.next().unwrap_or(Ok(()));
-            let mut ending = trainee.after_step(result, pool.observer);
+            // As many results as members, in their order.
+            let mut ending =
+                results.next().and_then(|result| trainee.after_step(result, pool.observer));
             if is_to_stop && ending.is_none() && trainee.session.is_between_updates() {
                 ending = Some(trainee.stop());
             }
@@ -223,6 +226,18 @@ impl Crew<'_, '_> {
             }
             let woken = self.pool.changed.wait(shared);
             shared = woken.unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+}
+
+/// Lets the other threads know of one that panics, so that they don't wait for it.
+struct AtWork<'a, 'b>(&'b Pool<'a>);
+
+impl Drop for AtWork<'_, '_> {
+    fn drop(&mut self) {
+        if thread::panicking() {
+            self.0.lock().at_work -= 1;
+            self.0.changed.notify_all();
         }
     }
 }
