@@ -1,8 +1,8 @@
 // Bullet's step, cut in two around the solver's iterations.
 //
-// Until told to pause, both classes are Bullet's own. A step in two halves makes the same calls in
-// the same order as stepSimulation(time_step, 0), so that one whose middle is done by the solver's
-// own loop has the bits of an uncut one.
+// Until told to pause, both classes are Bullet's own. A step in two halves makes the calls of
+// stepSimulation(time_step, 0) in their order, but for those that would change nothing, so that one
+// whose middle is done by the solver's own loop has the bits of an uncut one.
 #pragma once
 
 #include <btBulletDynamicsCommon.h>
