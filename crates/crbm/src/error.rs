@@ -16,6 +16,14 @@ pub enum Error {
         /// What it was.
         value: String,
     },
+    /// More than there is memory for.
+    #[error("{place}: it takes {:.0} MB, and there is no memory for them", *bytes as f64 / 1e6)]
+    Memory {
+        /// The function that refused.
+        place: &'static str,
+        /// What it would have taken.
+        bytes: usize,
+    },
     /// Bytes that aren't the parameters of such a machine.
     #[error("safetensors: {part} must be {expected}, got {value}")]
     File {
@@ -46,6 +54,12 @@ impl Error {
     ) -> Self {
         Self::File { part: part.into(), expected: expected.into(), value: value.to_string() }
     }
+}
+
+/// Refuses what there is no room for, where an allocation that fails would end the program.
+pub(crate) fn check_room(place: &'static str, bytes: usize) -> Result<(), Error> {
+    let room = Vec::<u8>::new().try_reserve_exact(bytes);
+    room.map_err(|_| Error::Memory { place, bytes })
 }
 
 /// A slice's length.

@@ -32,6 +32,11 @@ impl Bits {
         Self { n_units, words }
     }
 
+    /// What [`Bits::new`] allocates.
+    pub(crate) fn bytes(n_units: usize, n_lane_groups: usize) -> usize {
+        size_of::<Words>() * n_units.div_ceil(GROUP) * n_lane_groups
+    }
+
     /// Three units' bits of a chain, and of all groups of three in turn.
     #[inline(always)]
     pub(crate) fn of_chain(&self, chain: usize) -> impl Iterator<Item = u32> + '_ {

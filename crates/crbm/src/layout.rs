@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use crate::{Error, Mask, rng};
+use crate::{Error, Mask, error::check_room, rng};
 
 /// The most units of one kind: the pairs of two kinds still fit into memory.
 pub const MAX_UNITS: usize = 16_384;
@@ -39,7 +39,7 @@ impl Layout {
     /// All hidden units connected with all inputs and outputs.
     ///
     /// # Errors
-    /// If there's no output, or more than [`MAX_UNITS`] of a kind.
+    /// If there's no output, or more than [`MAX_UNITS`] of a kind; if there's no memory for the masks.
     pub fn full(n_inputs: usize, n_hidden: usize, n_outputs: usize) -> Result<Self, Error> {
         Self::new(Mask::full(n_hidden, n_inputs)?, Mask::full(n_hidden, n_outputs)?)
     }
@@ -132,7 +132,8 @@ impl Layout {
     /// The draws depend on `seed` and `stream` only.
     ///
     /// # Errors
-    /// If `scale` isn't finite, or so large that a parameter could pass [`MAX_PARAMETER`].
+    /// If `scale` isn't finite, or so large that a parameter could pass [`MAX_PARAMETER`]; if there's
+    /// no memory for the parameters.
     pub fn random_parameters(
         &self,
         scale: f64,
@@ -145,6 +146,7 @@ impl Layout {
             let expected = format!("in 0..={largest}");
             return Err(Error::argument("Layout::random_parameters", "scale", expected, scale));
         }
+        check_room("Layout::random_parameters", size_of::<f64>() * self.n_parameters())?;
         let mut normals = rng::Normals::new(seed, stream);
         Ok((0..self.n_parameters()).map(|_| scale * normals.draw()).collect())
     }

@@ -19,7 +19,7 @@ impl Mask {
     /// All pairs.
     ///
     /// # Errors
-    /// Beyond [`MAX_UNITS`] rows or columns.
+    /// As [`from_fn`](Self::from_fn).
     pub fn full(n_hidden: usize, n_units: usize) -> Result<Self, Error> {
         Self::from_fn(n_hidden, n_units, |_, _| true)
     }
@@ -27,7 +27,7 @@ impl Mask {
     /// The pairs of hidden unit and input or output for which `connected` says so.
     ///
     /// # Errors
-    /// Beyond [`MAX_UNITS`] rows or columns.
+    /// Beyond [`MAX_UNITS`] rows or columns; if there's no memory for the pairs.
     pub fn from_fn(
         n_hidden: usize,
         n_units: usize,
@@ -41,6 +41,10 @@ impl Mask {
         }
         let mut mask = Self { n_columns: n_units, starts: vec![0], columns: Vec::new() };
         for row in 0..n_hidden {
+            if mask.columns.try_reserve(n_units).is_err() {
+                let bytes = size_of::<u32>() * n_hidden * n_units;
+                return Err(Error::Memory { place: "Mask::from_fn", bytes });
+            }
             let allowed = (0..n_units).filter(|&column| connected(row, column));
             mask.columns.extend(allowed.map(|column| column as u32));
             mask.starts.push(mask.columns.len());
@@ -53,7 +57,7 @@ impl Mask {
     /// those of group 1, and so on. `group_of_unit` tells each unit's group.
     ///
     /// # Errors
-    /// Beyond [`MAX_UNITS`] hidden units.
+    /// As [`from_fn`](Self::from_fn).
     pub fn blocks(hidden_per_block: usize, group_of_unit: &[usize]) -> Result<Self, Error> {
         let n_groups = group_of_unit.iter().max().map_or(0, |last| last.saturating_add(1));
         let n_hidden = n_groups.saturating_mul(hidden_per_block);

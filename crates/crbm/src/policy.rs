@@ -2,7 +2,7 @@
 
 use crate::{
     ChainRng, Error, Instructions, Layout,
-    error::check_length,
+    error::{check_length, check_room},
     gibbs::{Bits, Conditionals, Sample, TOGETHER},
     score::{Expect, Statistics},
     simd::{Detected, LANES},
@@ -54,13 +54,14 @@ impl Policy {
     /// With the parameters in the layout's order.
     ///
     /// # Errors
-    /// As [`set_parameters`](Self::set_parameters), and if the number of samples is 0 or beyond
-    /// 1,048,576.
+    /// As [`set_parameters`](Self::set_parameters), if the number of samples is 0 or beyond
+    /// 1,048,576, and if there's no memory for it.
     pub fn new(layout: Layout, sampling: Sampling, parameters: &[f64]) -> Result<Self, Error> {
         if !(1..=MAX_SAMPLES).contains(&sampling.samples) {
             let expected = format!("in 1..={MAX_SAMPLES}");
             return Err(Error::argument("Policy::new", "samples", expected, sampling.samples));
         }
+        check_room("Policy::new", bytes(&layout, sampling))?;
         let [of_hidden, of_outputs] = incoming(layout.output_mask());
         let (m, n) = (layout.n_hidden(), layout.n_outputs());
         let conditionals = Conditionals {
@@ -76,7 +77,7 @@ impl Policy {
             given_input: vec![0.0; m],
             conditionals,
             hidden: Bits::new(m, TOGETHER),
-            outputs: Bits::new(n, (1 + sampling.samples).div_ceil(LANES)),
+            outputs: Bits::new(n, lane_groups(sampling)),
             statistics: Statistics::new(&layout),
             detected: Detected::best(),
             layout,
@@ -259,5 +260,60 @@ impl Policy {
             outputs: &mut self.outputs,
         });
         Ok(())
+    }
+}
+
+/// Lane groups for the action's chain and the samples'.
+fn lane_groups(sampling: Sampling) -> usize {
+    (1 + sampling.samples).div_ceil(LANES)
+}
+
+/// What a policy allocates.
+fn bytes(layout: &Layout, sampling: Sampling) -> usize {
+    let (m, n) = (layout.n_hidden(), layout.n_outputs());
+    let biases = size_of::<f64>() * (2 * m + n) + size_of::<f32>() * (m + n);
+    let bits = Bits::bytes(m, TOGETHER) + Bits::bytes(n, lane_groups(sampling));
+    let columns = Columns::bytes(layout.input_mask()) + Columns::bytes(layout.output_mask());
+    Tables::bytes(layout.output_mask()) + columns + biases + bits + Statistics::bytes(layout)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::Mask;
+
+    /// No less than it takes, so that what was let in isn't refused later by the system, and not so
+    /// much more that what fits is refused.
+    #[test]
+    fn its_bytes_are_about_those_that_it_allocates() {
+        let blocks = Mask::blocks(40, &(0..24).collect::<Vec<_>>()).unwrap();
+        for (layout, samples) in [
+            (Layout::full(30, 50, 24).unwrap(), 60),
+            (Layout::full(3000, 700, 24).unwrap(), 60),
+            (Layout::full(2, 1, 300).unwrap(), 1),
+            (Layout::full(30, 50, 24).unwrap(), 20_000),
+            (Layout::new(Mask::full(960, 30).unwrap(), blocks).unwrap(), 60),
+        ] {
+            let sampling = Sampling { gibbs_updates: 10, samples };
+            let said = bytes(&layout, sampling) as i64;
+            let parameters = vec![0.0; layout.n_parameters()];
+            // The probe for room is as large as what was said: only what stays is counted.
+            let counted = allocation_counter::measure(|| {
+                std::mem::forget(Policy::new(layout, sampling, &parameters).unwrap());
+            });
+            let stays = counted.bytes_current;
+            assert!(stays <= said && said <= 3 * stays + 100_000, "{stays} stay, {said} said");
+        }
+    }
+
+    #[test]
+    fn more_than_there_is_memory_for_is_refused_with_the_amount() {
+        let layout = Layout::full(1, 1, 1).unwrap();
+        // Beyond the address space; a system that promises more than it has would take less.
+        let error = check_room("Policy::new", 1 << 60).unwrap_err();
+        let message = "Policy::new: it takes 1152921504607 MB, and there is no memory for them";
+        assert_eq!(error.to_string(), message);
+        assert!(Policy::new(layout, Sampling::default(), &[0.0; 4]).is_ok());
     }
 }

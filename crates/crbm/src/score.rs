@@ -46,6 +46,12 @@ impl Statistics {
         }
     }
 
+    /// What [`Statistics::new`] allocates.
+    pub(crate) fn bytes(layout: &Layout) -> usize {
+        let (m, n) = (layout.n_hidden(), layout.n_outputs());
+        size_of::<f64>() * (n * m + 3 * m + 2 * n + GROUP)
+    }
+
     /// The score at the action `y`, in the layout's order, from `n_samples` samples.
     pub(crate) fn write(
         &self,

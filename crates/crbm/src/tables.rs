@@ -46,6 +46,23 @@ impl Tables {
         Self { starts, groups, places, sums }
     }
 
+    /// What is allocated to make the tables of both layers, [`incoming`] among it.
+    pub(crate) fn bytes(mask: &Mask) -> usize {
+        let mut groups_of_outputs = vec![usize::MAX; mask.n_columns()];
+        let mut last = (0, usize::MAX);
+        let mut n_terms = 0;
+        for (hidden, output) in mask.pairs() {
+            n_terms += usize::from(last != (hidden, output / GROUP));
+            last = (hidden, output / GROUP);
+            n_terms += usize::from(groups_of_outputs[output] != hidden / GROUP);
+            groups_of_outputs[output] = hidden / GROUP;
+        }
+        let term = size_of::<u32>() + size_of::<[Option<usize>; GROUP]>() + size_of::<Sums>();
+        let pair = size_of::<(usize, usize)>();
+        // Lists that grow have up to twice the room that they need.
+        2 * (n_terms * term + 2 * mask.n_pairs() * pair)
+    }
+
     /// As [`negative_bits`] of the weights.
     pub(crate) fn pack(&mut self, weights: &[f64]) {
         for (sums, places) in self.sums.iter_mut().zip(&self.places) {
@@ -90,6 +107,12 @@ impl Columns {
             *range = start..hidden + 1;
         }
         Self { n_hidden, ranges, values: vec![0.0; n_hidden * mask.n_columns()] }
+    }
+
+    /// What [`Columns::new`] allocates.
+    pub(crate) fn bytes(mask: &Mask) -> usize {
+        let column = size_of::<Range<usize>>() + size_of::<f64>() * mask.n_rows();
+        column * mask.n_columns()
     }
 
     pub(crate) fn pack(&mut self, mask: &Mask, weights: &[f64]) {

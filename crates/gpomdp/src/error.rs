@@ -43,7 +43,10 @@ pub enum Error {
         value: f64,
     },
     /// More parameters than there is memory for.
-    #[error("{place}: there is no memory for {n_parameters} parameters")]
+    #[error(
+        "{place}: {n_parameters} parameters take {:.0} MB, and there is no memory for them",
+        *n_parameters as f64 * size_of::<f64>() as f64 / 1e6
+    )]
     Memory {
         /// The function that refused.
         place: &'static str,

@@ -24,6 +24,14 @@ pub enum Error {
         /// How many of the radices it took to get there.
         n_radices: usize,
     },
+    /// More than there is memory for.
+    #[error("{call}: it takes {:.0} MB, and there is no memory for them", *bytes as f64 / 1e6)]
+    Memory {
+        /// The function that refused.
+        call: &'static str,
+        /// What it would have taken.
+        bytes: usize,
+    },
 }
 
 /// A refused argument. The only place where messages are put together, and off the hot path.
@@ -40,6 +48,12 @@ pub(crate) fn refused(
         expected: expected.into(),
         value: value.to_string(),
     }
+}
+
+/// Refuses what there is no room for, where an allocation that fails would end the program.
+pub(crate) fn check_room(call: &'static str, bytes: usize) -> Result<(), Error> {
+    let room = Vec::<u8>::new().try_reserve_exact(bytes);
+    room.map_err(|_| Error::Memory { call, bytes })
 }
 
 /// A slice whose length must be `expected`.

@@ -36,6 +36,15 @@ impl Keys {
         }
     }
 
+    /// What [`Keys::with_capacity`] allocates.
+    pub(crate) fn bytes(width: usize, capacity: usize) -> usize {
+        // A power of two of buckets, of which 7/8 are used at most, each with a byte of its own.
+        let buckets = (capacity.saturating_mul(2) + 2).saturating_mul(8) / 7;
+        let table = buckets.checked_next_power_of_two().unwrap_or(usize::MAX);
+        let slots = capacity.saturating_mul(width.saturating_mul(8).saturating_add(4));
+        table.saturating_mul(5).saturating_add(slots)
+    }
+
     pub(crate) fn width(&self) -> usize {
         self.width
     }

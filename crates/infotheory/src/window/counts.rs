@@ -17,12 +17,20 @@ const MOST_DENSE_PAIRS: u64 = 1024;
 impl Counts {
     /// For a variable of `n_states` states in `n_words` words.
     pub(super) fn new(settings: &WindowSettings, n_states: u64, n_words: usize) -> Self {
-        let pairs_of_states =
-            (0..=settings.past).fold(1_u64, |pairs, _| pairs.saturating_mul(n_states));
-        if pairs_of_states <= MOST_DENSE_PAIRS && n_words == 1 {
+        if is_dense(settings, n_states, n_words) {
             Self::Dense(Dense::new(n_states as usize, settings.past))
         } else {
             Self::Sparse(Box::new(Sparse::new(settings, n_words)))
+        }
+    }
+
+    /// What [`Counts::new`] allocates.
+    pub(super) fn bytes(settings: &WindowSettings, n_states: u64, n_words: usize) -> usize {
+        if is_dense(settings, n_states, n_words) {
+            // First members, second members and pairs: no more each than there are pairs.
+            3 * 4 * MOST_DENSE_PAIRS as usize
+        } else {
+            size_of::<Sparse>().saturating_add(Sparse::bytes(settings, n_words))
         }
     }
 
@@ -81,4 +89,9 @@ impl Counts {
             Self::Sparse(counts) => counts.all(),
         }
     }
+}
+
+fn is_dense(settings: &WindowSettings, n_states: u64, n_words: usize) -> bool {
+    let pairs = (0..=settings.past).fold(1_u64, |pairs, _| pairs.saturating_mul(n_states));
+    pairs <= MOST_DENSE_PAIRS && n_words == 1
 }

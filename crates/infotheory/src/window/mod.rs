@@ -39,12 +39,12 @@ mod values;
 mod variable;
 
 use crate::{
-    error::{Error, check_length, refused},
+    error::{Error, check_length, check_room, refused},
     information::{Estimator, Information},
     logs,
 };
 use readings::Readings;
-use variable::Variable;
+use variable::{States, Variable};
 
 /// What a [`Window`] holds, fixed for its life.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -142,6 +142,10 @@ impl Window {
     ///
     /// It takes about 8 (T' + lag) bytes a variable and, for those with many states,
     /// some 130 T' more; longer pasts and states beyond 64 bits add 8 T' for each 64 bits.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for settings out of range, sensors that aren't there, and empty groups;
+    /// [`Error::Memory`] if there's no room for it, with nothing allocated.
     pub fn new(
         settings: WindowSettings,
         radices: &[u64],
@@ -155,12 +159,17 @@ impl Window {
         if groups.is_empty() {
             return Err(refused("Window::new", "the number of groups", "at least 1", 0));
         }
+        let states = groups.iter().enumerate();
+        let states: Vec<States> = states
+            .map(|(place, group)| States::new(radices, place, group.as_ref()))
+            .collect::<Result<_, _>>()?;
+        check_room("Window::new", bytes(&settings, &states))?;
+        let n_words = states.iter().map(States::n_words).sum();
         let mut variables: Vec<Variable> = Vec::with_capacity(groups.len());
-        for (i, group) in groups.iter().enumerate() {
+        for states in states {
             let first_word = variables.last().map_or(0, |variable| variable.words.end);
-            variables.push(Variable::new(&settings, radices, (i, group.as_ref()), first_word)?);
+            variables.push(Variable::new(&settings, states, first_word));
         }
-        let n_words = variables.last().map_or(0, |variable| variable.words.end);
         Ok(Self {
             settings,
             radices: radices.to_vec(),
@@ -371,6 +380,15 @@ impl Window {
     }
 }
 
+/// What a window of these variables allocates, but for some hundred bytes a variable.
+fn bytes(settings: &WindowSettings, states: &[States]) -> usize {
+    let n_words = states.iter().map(States::n_words).sum();
+    let counts = states.iter().map(|states| states.bytes(settings));
+    let logarithms = size_of::<i64>() * (settings.pairs + 1);
+    let readings = Readings::bytes(n_words, settings.span());
+    counts.fold(readings.saturating_add(logarithms), usize::saturating_add)
+}
+
 /// FNV-1a over the states of the sensors and the sensors of the groups: a saved window of others
 /// isn't this one.
 fn hash_of(radices: &[u64], groups: &[impl AsRef<[usize]>]) -> u64 {
@@ -382,4 +400,45 @@ fn hash_of(radices: &[u64], groups: &[impl AsRef<[usize]>]) -> u64 {
     numbers.flat_map(u64::to_le_bytes).fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
     })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    /// What is said to be needed is what is taken, within the sizes that hash tables come in.
+    #[test]
+    fn its_bytes_are_those_that_it_allocates() {
+        for (pairs, lag, past) in [(1, 1, 1), (100, 1, 1), (5000, 3, 1), (3000, 1, 16)] {
+            let settings = WindowSettings { pairs, lag, past };
+            for radix in [2, 1 << 20, u64::MAX] {
+                let radices = vec![radix; 12];
+                let groups = [all_sensors(12), each_sensor(12)].concat();
+                let group = |(i, group): (usize, &Vec<usize>)| States::new(&radices, i, group);
+                let states: Vec<_> =
+                    groups.iter().enumerate().map(group).collect::<Result<_, _>>().unwrap();
+                let said = bytes(&settings, &states);
+                // The probe for room is as large as what was said: only what stays is counted.
+                let counted = allocation_counter::measure(|| {
+                    std::mem::forget(Window::new(settings, &radices, &groups).unwrap());
+                });
+                let stays = counted.bytes_current as usize;
+                let small = 1_000 * groups.len();
+                assert!(stays <= said + small, "{stays} stay, {said} said");
+                assert!(said <= stays + stays / 10 + 300_000, "{stays} stay, {said} said");
+            }
+        }
+    }
+
+    #[test]
+    fn more_than_there_is_memory_for_is_refused_with_the_amount() {
+        let settings = WindowSettings { pairs: 1 << 20, lag: 1, past: 64 };
+        // Beyond the address space; a system that promises more than it has would take less.
+        let groups = vec![(0..500).collect::<Vec<_>>(); 4096];
+        let error = Window::new(settings, &[u64::MAX; 500], &groups).unwrap_err();
+        assert!(matches!(error, Error::Memory { bytes, .. } if bytes > 1 << 49), "{error}");
+        let message = error.to_string();
+        assert!(message.starts_with("Window::new: it takes ") && message.contains(" MB, and"));
+    }
 }

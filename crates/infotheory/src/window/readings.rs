@@ -17,6 +17,11 @@ impl Readings {
         Self { words: vec![0; n_words * capacity], n_words, capacity, len: 0, next: 0 }
     }
 
+    /// What [`Readings::new`] allocates.
+    pub(super) fn bytes(n_words: usize, capacity: usize) -> usize {
+        n_words.saturating_mul(capacity).saturating_mul(8)
+    }
+
     pub(super) fn len(&self) -> usize {
         self.len
     }

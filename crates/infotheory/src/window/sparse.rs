@@ -40,6 +40,16 @@ impl Sparse {
         }
     }
 
+    /// What [`Sparse::new`] allocates.
+    pub(super) fn bytes(settings: &WindowSettings, n_words: usize) -> usize {
+        let capacity = settings.pairs;
+        let lists = capacity.saturating_mul(3 * 4);
+        [settings.past.saturating_mul(n_words), n_words, 1]
+            .iter()
+            .map(|&width| Keys::bytes(width, capacity).saturating_add(capacity.saturating_mul(4)))
+            .fold(lists, usize::saturating_add)
+    }
+
     pub(super) fn add(&mut self, first: &[u64], second: &[u64]) {
         let (first, is_new) = self.firsts.add(first);
         if is_new {

@@ -24,6 +24,35 @@ pub(super) struct Variable {
     first: Vec<u64>,
 }
 
+/// The joint states of a group of sensors.
+pub(super) struct States {
+    packs: Vec<Pack>,
+    n_states: u64,
+}
+
+impl States {
+    /// Of the group with a place in the list.
+    pub(super) fn new(radices: &[u64], place: usize, group: &[usize]) -> Result<Self, Error> {
+        check_group(radices, place, group)?;
+        let packs = pack(radices, group)?;
+        let n_states = packs
+            .iter()
+            .map(|pack| u64::try_from(pack.encoder.n_states()).unwrap_or(u64::MAX))
+            .fold(1, u64::saturating_mul);
+        Ok(Self { packs, n_states })
+    }
+
+    /// Words of a state.
+    pub(super) fn n_words(&self) -> usize {
+        self.packs.len()
+    }
+
+    /// What their [`Variable`] allocates for its counts.
+    pub(super) fn bytes(&self, settings: &WindowSettings) -> usize {
+        Counts::bytes(settings, self.n_states, self.packs.len())
+    }
+}
+
 /// Sensors that share a word.
 #[derive(Clone, Debug)]
 struct Pack {
@@ -32,27 +61,16 @@ struct Pack {
 }
 
 impl Variable {
-    /// The variable with a place in the list and a group of sensors, with states from `first_word`
-    /// on.
-    pub(super) fn new(
-        settings: &WindowSettings,
-        radices: &[u64],
-        (place, group): (usize, &[usize]),
-        first_word: usize,
-    ) -> Result<Self, Error> {
-        check_group(radices, place, group)?;
-        let packs = pack(radices, group)?;
-        let n_states = packs
-            .iter()
-            .map(|pack| u64::try_from(pack.encoder.n_states()).unwrap_or(u64::MAX))
-            .fold(1, u64::saturating_mul);
-        Ok(Self {
+    /// The variable of a group's states, which are in a reading's words from `first_word` on.
+    pub(super) fn new(settings: &WindowSettings, states: States, first_word: usize) -> Self {
+        let States { packs, n_states } = states;
+        Self {
             words: first_word..first_word + packs.len(),
             n_states,
             counts: Counts::new(settings, n_states, packs.len()),
             first: vec![0; settings.past * packs.len()],
             packs,
-        })
+        }
     }
 
     /// Writes the variable's state in a checked reading.
