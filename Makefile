@@ -63,11 +63,14 @@ verify-lockstep: setup
 	LOCKSTEP_STEPS=$(VERIFY_STEPS) cargo test --release -p svenja --test lockstep -- \
 	  --exact svenja --nocapture
 
+# Warnings of our C++ are errors here alone: another compiler's mustn't keep anyone from building.
+lint: export CXXFLAGS += -Werror
 lint: setup
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets -- -D warnings
 	cargo clippy -p bullet --all-targets --features float64 -- -D warnings
 	cargo clippy -p svenja --all-targets --no-default-features -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps
 
 bench: setup
 	cargo bench --workspace
@@ -105,7 +108,10 @@ three:
 	  --banner:js='/* $(THREE), https://threejs.org, MIT: see LICENSE beside this file */'
 	cp target/three/three.min.js target/three/node_modules/three/LICENSE $(ASSETS)/
 
-# Installs what is missing, and asks for no password if nothing is.
+# Installs what is missing, and asks for no password if nothing is. A machine that has just started
+# updates itself, so another apt may hold a lock, which apt waits for with some locks only.
+APT_ATTEMPTS ?= 60
+APT_PAUSE ?= 10
 setup:
 	@missing=""; \
 	for package in $(PACKAGES); do \
@@ -120,5 +126,14 @@ setup:
 	elif command -v sudo >/dev/null; then sudo="sudo"; \
 	else echo "itarl needs: apt-get install$$missing (as root)"; exit 1; fi; \
 	echo "installing$$missing"; \
-	$$sudo apt-get update -q && $$sudo env DEBIAN_FRONTEND=noninteractive \
-	  apt-get install -q -y --no-install-recommends $$missing
+	log=$$(mktemp); trap 'rm -f "$$log"' EXIT; \
+	apt() { \
+	  for attempt in $$(seq $(APT_ATTEMPTS)); do \
+	    code=0; $$sudo env DEBIAN_FRONTEND=noninteractive LC_ALL=C apt-get "$$@" 2>"$$log" || code=$$?; \
+	    cat "$$log" >&2; \
+	    test $$code -ne 0 && grep -q "Could not get lock" "$$log" || return $$code; \
+	    echo "another apt is at work; waiting for it"; sleep $(APT_PAUSE); \
+	  done; \
+	  return $$code; \
+	}; \
+	apt update -q && apt install -q -y --no-install-recommends $$missing
