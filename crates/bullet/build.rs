@@ -63,6 +63,9 @@ fn build() -> Result<(), Box<dyn Error>> {
     let mut shim = cxx_build::bridge("src/bridge.rs");
     shim.include(&cpp)
         .files(SOURCES.map(|file| cpp.join(file)))
+        // How vectors are passed differs between instruction sets, but only joint_rows.cc's own
+        // functions pass any.
+        .flag("-Wno-psabi")
         // Bullet's headers aren't ours to warn about.
         .flags(include_paths.iter().map(|path| format!("-isystem{}", path.display())));
     compile(&mut shim, "itarl_bullet_shim")?;
