@@ -56,6 +56,10 @@ impl Inputs {
     pub(crate) const WORDS: [(&str, Self); 3] =
         [("all", Self::All), ("own_group", Self::OwnGroup), ("neighbours", Self::Neighbours)];
 
+    pub(crate) fn word(self) -> &'static str {
+        Self::WORDS.iter().find(|(_, inputs)| *inputs == self).map_or("", |(word, _)| word)
+    }
+
     pub(crate) fn is_all(&self) -> bool {
         *self == Self::All
     }

@@ -97,13 +97,16 @@ impl CrbmSettings {
         }
         let key = "policy.inputs";
         if self.connectivity == Connectivity::Full {
-            return Err(Error::misfit(key, "a block of hidden units must be of one group"));
+            let word = self.inputs.word();
+            let message =
+                format!("{word}, but with connectivity \"full\" a hidden unit is of no group");
+            return Err(Error::misfit(key, message));
         }
         let mut seen_by_block: Vec<Vec<bool>> = Vec::new();
         for (actuator, &block) in block_of_actuator.iter().enumerate() {
             // Blocks are numbered in the order of their first actuators.
             if block == seen_by_block.len() {
-                let group = structure.group_of(actuator, key, "of groups")?;
+                let group = structure.group_of(actuator, key, self.inputs.word())?;
                 seen_by_block.push(structure.seen_by(group, self.inputs));
             }
         }
