@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::Error;
+use crate::{Error, error::check_length};
 
 /// Draws bits given bits, with probabilities that depend on parameters.
 ///
@@ -30,7 +30,8 @@ pub trait Policy: fmt::Debug + Send {
     fn set_parameters(&mut self, parameters: &[f64]) -> Result<(), Error>;
 
     /// Draws an output y, `[n_outputs]`, given the inputs x, `[n_inputs]`, and the score at (x, y),
-    /// `[n_parameters]`: the gradient of log p(y|x) by the parameters, or an unbiased estimate of it.
+    /// `[n_parameters]`: the gradient of log p(y|x) by the parameters, or an estimate of it from
+    /// samples.
     ///
     /// # Errors
     /// If a slice's length is wrong; nothing is drawn then.
@@ -74,13 +75,17 @@ pub trait Policy: fmt::Debug + Send {
     fn read_safetensors(&self, bytes: &[u8]) -> Result<Vec<f64>, Error>;
 }
 
-/// The checks of lengths that acting begins with.
-pub(crate) fn check_bits(
-    place: &'static str,
+/// The checks of lengths that acting begins with; with a score that is wished, its too.
+pub(crate) fn check_act(
     policy: &dyn Policy,
     inputs: &[bool],
     outputs: &[bool],
+    score: Option<&[f64]>,
 ) -> Result<(), Error> {
-    crate::error::check_length(place, "inputs", policy.n_inputs(), inputs.len())?;
-    crate::error::check_length(place, "outputs", policy.n_outputs(), outputs.len())
+    let place = if score.is_some() { "Policy::act_and_score" } else { "Policy::act" };
+    check_length(place, "inputs", policy.n_inputs(), inputs.len())?;
+    check_length(place, "outputs", policy.n_outputs(), outputs.len())?;
+    score.map_or(Ok(()), |score| {
+        check_length(place, "score", policy.parameters().len(), score.len())
+    })
 }

@@ -78,8 +78,8 @@ fn number(y: &[bool]) -> usize {
     y.iter().enumerate().map(|(i, on)| usize::from(*on) << i).sum()
 }
 
-/// Those that can be enumerated, with enough Gibbs updates to forget the start: of those of
-/// `crbm`'s own table, weights of this size leave a bias far below the tests' noise.
+/// With so many Gibbs updates that the chains' start doesn't matter: for weights of the size below its
+/// part in a score is far below the tests' noise (a table of `crbm` has it).
 fn sampled_well() -> Vec<KindSettings> {
     let mut all = variants(4);
     for kind in &mut all {

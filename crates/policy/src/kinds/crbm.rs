@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use super::{Build, MachineSettings};
 use crate::{
-    Error, Inputs, Policy, Structure, error::check_length, policy::check_bits,
+    Error, Inputs, Policy, Structure, error::check_length, policy::check_act,
     tensors::expect_same_layout,
 };
 
@@ -184,14 +184,12 @@ impl Policy for Crbm {
         outputs: &mut [bool],
         score: &mut [f64],
     ) -> Result<(), Error> {
-        let place = "Policy::act_and_score";
-        check_bits(place, self, inputs, outputs)?;
-        check_length(place, "score", self.parameters.len(), score.len())?;
+        check_act(self, inputs, outputs, Some(score))?;
         Ok(self.machine.act_and_score(inputs, &mut self.chains, outputs, score)?)
     }
 
     fn act(&mut self, inputs: &[bool], outputs: &mut [bool]) -> Result<(), Error> {
-        check_bits("Policy::act", self, inputs, outputs)?;
+        check_act(self, inputs, outputs, None)?;
         Ok(self.machine.act(inputs, &mut self.chains, outputs)?)
     }
 

@@ -22,7 +22,7 @@ use super::Build;
 use crate::{
     Error, Policy, Structure,
     error::check_length,
-    policy::check_bits,
+    policy::check_act,
     tensors::{Tensors, expect_same_layout},
 };
 
@@ -116,9 +116,7 @@ impl Policy for Logistic {
         outputs: &mut [bool],
         score: &mut [f64],
     ) -> Result<(), Error> {
-        let place = "Policy::act_and_score";
-        check_bits(place, self, inputs, outputs)?;
-        check_length(place, "score", self.parameters.len(), score.len())?;
+        check_act(self, inputs, outputs, Some(score))?;
         self.draw(inputs, outputs);
         let (of_weights, of_biases) = score.split_at_mut(self.n_outputs * self.n_inputs);
         for (row, surprise) in of_weights.chunks_mut(self.n_inputs).zip(&self.surprise) {
@@ -131,7 +129,7 @@ impl Policy for Logistic {
     }
 
     fn act(&mut self, inputs: &[bool], outputs: &mut [bool]) -> Result<(), Error> {
-        check_bits("Policy::act", self, inputs, outputs)?;
+        check_act(self, inputs, outputs, None)?;
         self.draw(inputs, outputs);
         Ok(())
     }
@@ -176,8 +174,31 @@ impl Policy for Logistic {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
+
+    fn robot() -> Structure {
+        Structure {
+            bits_per_reading: 2,
+            readings: 1,
+            actuators: vec!["hinge".into()],
+            bits_per_actuator: 1,
+            groups: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_state_may_be_however_far_in_the_stream() {
+        let mut policy = Logistic::new(&robot()).unwrap();
+        let mut state = policy.random_state();
+        state[8..].copy_from_slice(&[5, 7, 15]);
+        policy.set_random_state(&state).unwrap();
+        assert_eq!(policy.random_state(), state);
+        state[10] = 16;
+        let message = policy.set_random_state(&state).unwrap_err().to_string();
+        assert_eq!(message, "Policy::set_random_state: state[10] must be below 16, got 16");
+    }
 
     #[test]
     fn probabilities_are_logistic_and_have_ends() {

@@ -20,7 +20,7 @@ use super::{Build, MachineSettings};
 use crate::{
     Error, Inputs, Policy, Structure,
     error::check_length,
-    policy::check_bits,
+    policy::check_act,
     tensors::{Tensors, expect_same_layout},
 };
 
@@ -221,14 +221,12 @@ impl Policy for Modular {
         outputs: &mut [bool],
         score: &mut [f64],
     ) -> Result<(), Error> {
-        let place = "Policy::act_and_score";
-        check_bits(place, self, inputs, outputs)?;
-        check_length(place, "score", self.parameters.len(), score.len())?;
+        check_act(self, inputs, outputs, Some(score))?;
         self.modules.iter_mut().try_for_each(|module| module.act(inputs, outputs, Some(score)))
     }
 
     fn act(&mut self, inputs: &[bool], outputs: &mut [bool]) -> Result<(), Error> {
-        check_bits("Policy::act", self, inputs, outputs)?;
+        check_act(self, inputs, outputs, None)?;
         self.modules.iter_mut().try_for_each(|module| module.act(inputs, outputs, None))
     }
 

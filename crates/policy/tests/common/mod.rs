@@ -5,8 +5,8 @@ use policy::{
     Policy, PolicySettings, Start, Structure,
 };
 
-/// Three legs in a row, with two readings of a bit each and two targets of a bit, and one reading
-/// that belongs to none: 4 inputs, 6 outputs.
+/// Three legs in a row with a sensor and two targets each, and a sensor that belongs to none, a bit
+/// each: 4 inputs, 6 outputs.
 pub fn small() -> Structure {
     let leg = |name: &str, leg: usize, neighbours: &[usize]| Group {
         name: name.into(),
