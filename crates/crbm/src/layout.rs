@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use crate::{Error, Mask, error::check_room, rng};
+use crate::{Error, Mask, rng};
 
 /// The most units of one kind: the pairs of two kinds still fit into memory.
 pub const MAX_UNITS: usize = 16_384;
@@ -140,15 +140,7 @@ impl Layout {
         seed: u64,
         stream: &str,
     ) -> Result<Vec<f64>, Error> {
-        // No draw of 53 bits is farther out than 8.6.
-        let largest = MAX_PARAMETER / 10.0;
-        if !(0.0..=largest).contains(&scale) {
-            let expected = format!("in 0..={largest}");
-            return Err(Error::argument("Layout::random_parameters", "scale", expected, scale));
-        }
-        check_room("Layout::random_parameters", size_of::<f64>() * self.n_parameters())?;
-        let mut normals = rng::Normals::new(seed, stream);
-        Ok((0..self.n_parameters()).map(|_| scale * normals.draw()).collect())
+        rng::random_parameters(self.n_parameters(), scale, seed, stream)
     }
 
     /// That parameters have the right number and are finite and in range.

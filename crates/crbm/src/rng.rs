@@ -12,7 +12,7 @@ use rand_chacha::{
 };
 use xxhash_rust::xxh3::xxh3_128;
 
-use crate::{Error, simd::LANES};
+use crate::{Error, error::check_room, layout::MAX_PARAMETER, simd::LANES};
 
 /// Chains of one lane group, a word of each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,7 +33,7 @@ pub struct ChainRng {
 impl ChainRng {
     /// A stream's start, with generators for at least `n_chains` chains: the next multiple of 16.
     pub fn new(seed: u64, stream: &str, n_chains: usize) -> Self {
-        let mut words = chacha(seed, stream);
+        let mut words = named_stream(seed, stream);
         let groups = (0..n_chains.div_ceil(LANES)).map(|_| {
             let mut group = [Words([0; LANES]); 4];
             for lane in 0..LANES {
@@ -88,19 +88,37 @@ impl ChainRng {
     }
 }
 
+/// The start of learning: `scale` times a draw from N(0,1) for each of `n` parameters, in their
+/// order. The draws depend on `seed` and `stream` only.
+///
+/// # Errors
+/// If `scale` isn't finite, or so large that a parameter could pass [`MAX_PARAMETER`]; if there's no
+/// memory for the parameters.
+pub fn random_parameters(n: usize, scale: f64, seed: u64, stream: &str) -> Result<Vec<f64>, Error> {
+    // No draw of 53 bits is farther out than 8.6.
+    let largest = MAX_PARAMETER / 10.0;
+    if !(0.0..=largest).contains(&scale) {
+        let expected = format!("in 0..={largest}");
+        return Err(Error::argument("random_parameters", "scale", expected, scale));
+    }
+    check_room("random_parameters", n.saturating_mul(size_of::<f64>()))?;
+    let mut normals = Normals::new(seed, stream);
+    Ok((0..n).map(|_| scale * normals.draw()).collect())
+}
+
 /// Draws from N(0,1) by the Box-Muller transform, with `libm`'s functions: the same bits anywhere.
-pub(crate) struct Normals {
+struct Normals {
     uniforms: ChaCha8Rng,
     /// Half of the last pair.
     spare: Option<f64>,
 }
 
 impl Normals {
-    pub(crate) fn new(seed: u64, stream: &str) -> Self {
-        Self { uniforms: chacha(seed, stream), spare: None }
+    fn new(seed: u64, stream: &str) -> Self {
+        Self { uniforms: named_stream(seed, stream), spare: None }
     }
 
-    pub(crate) fn draw(&mut self) -> f64 {
+    fn draw(&mut self) -> f64 {
         if let Some(spare) = self.spare.take() {
             return spare;
         }
@@ -113,8 +131,9 @@ impl Normals {
     }
 }
 
-/// ChaCha8 with key: seed, 128-bit hash of the stream's name, zeros.
-fn chacha(seed: u64, stream: &str) -> ChaCha8Rng {
+/// The generator behind every stream: ChaCha8 with the key seed, 128-bit hash of the stream's name,
+/// zeros.
+pub fn named_stream(seed: u64, stream: &str) -> ChaCha8Rng {
     let mut key = [0; 32];
     key[..8].copy_from_slice(&seed.to_le_bytes());
     key[8..24].copy_from_slice(&xxh3_128(stream.as_bytes()).to_le_bytes());

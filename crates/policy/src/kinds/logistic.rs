@@ -1,0 +1,210 @@
+//! Each output bit a logistic function of the inputs, and the bits independent of each other: the
+//! plain policy, with an exact score.
+//!
+//! ```text
+//! p(y_i = 1 | x) = p_i = 1 / (1 + exp(-b_i - sum_k W_ik x_k))
+//! d log p(y|x) / d b_i = y_i - p_i          d log p(y|x) / d W_ik = (y_i - p_i) x_k
+//! ```
+//!
+//! In `f64`, with `libm`'s exponential, and sums in the order of the inputs: the same bits anywhere. A
+//! bit is on if u < p_i, with u a multiple of 2^-53 in [0, 1). The parameters are W,
+//! `[n_outputs x n_inputs]`, row-major, then b, `[n_outputs]`.
+
+use config::Section;
+use crbm::named_stream;
+use rand_chacha::{
+    ChaCha8Rng,
+    rand_core::{Rng, SeedableRng},
+};
+use serde::Serialize;
+
+use super::Build;
+use crate::{
+    Error, Policy, Structure,
+    error::check_length,
+    policy::check_act,
+    tensors::{Tensors, expect_same_layout},
+};
+
+/// It has no settings of its own.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct LogisticSettings {}
+
+impl LogisticSettings {
+    pub(super) fn read(_: &mut Section<'_>) -> Option<Self> {
+        Some(Self {})
+    }
+}
+
+impl Build for LogisticSettings {
+    fn build(&self, structure: &Structure) -> Result<Box<dyn Policy>, Error> {
+        Ok(Box::new(Logistic::new(structure)?))
+    }
+}
+
+/// Independent logistic outputs.
+#[derive(Clone, Debug)]
+pub struct Logistic {
+    n_inputs: usize,
+    n_outputs: usize,
+    /// W, then b.
+    parameters: Vec<f64>,
+    tensors: Tensors,
+    rng: ChaCha8Rng,
+    /// y_i - p_i of the last act, `[n_outputs]`.
+    surprise: Vec<f64>,
+}
+
+impl Logistic {
+    /// With all parameters 0.
+    ///
+    /// # Errors
+    /// A robot without sensors or actuators.
+    pub fn new(structure: &Structure) -> Result<Self, Error> {
+        structure.check()?;
+        let (n_inputs, n_outputs) = (structure.n_inputs(), structure.n_outputs());
+        let shapes = vec![("W".into(), vec![n_outputs, n_inputs]), ("b".into(), vec![n_outputs])];
+        let tensors = Tensors::new("logistic", shapes);
+        let (parameters, surprise) = (vec![0.0; tensors.n_parameters()], vec![0.0; n_outputs]);
+        let rng = named_stream(0, "policy");
+        Ok(Self { n_inputs, n_outputs, parameters, tensors, rng, surprise })
+    }
+
+    /// Draws y, and keeps y - p.
+    fn draw(&mut self, inputs: &[bool], outputs: &mut [bool]) {
+        let (weights, biases) = self.parameters.split_at(self.n_outputs * self.n_inputs);
+        let rows = weights.chunks(self.n_inputs).zip(biases);
+        for ((output, surprise), (row, bias)) in
+            outputs.iter_mut().zip(&mut self.surprise).zip(rows)
+        {
+            let p = probability(*bias, row, inputs);
+            let uniform = (self.rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+            *output = uniform < p;
+            *surprise = f64::from(u8::from(*output)) - p;
+        }
+    }
+}
+
+/// p(y_i = 1 | x), given b_i and `W_i`, `[n_inputs]`.
+fn probability(bias: f64, weights: &[f64], inputs: &[bool]) -> f64 {
+    let seen = weights.iter().zip(inputs).map(|(weight, on)| if *on { *weight } else { 0.0 });
+    1.0 / (1.0 + libm::exp(-seen.fold(bias, |sum, weight| sum + weight)))
+}
+
+impl Policy for Logistic {
+    fn n_inputs(&self) -> usize {
+        self.n_inputs
+    }
+
+    fn n_outputs(&self) -> usize {
+        self.n_outputs
+    }
+
+    fn parameters(&self) -> &[f64] {
+        &self.parameters
+    }
+
+    fn set_parameters(&mut self, parameters: &[f64]) -> Result<(), Error> {
+        self.tensors.check("Policy::set_parameters", parameters)?;
+        self.parameters.copy_from_slice(parameters);
+        Ok(())
+    }
+
+    fn act_and_score(
+        &mut self,
+        inputs: &[bool],
+        outputs: &mut [bool],
+        score: &mut [f64],
+    ) -> Result<(), Error> {
+        check_act(self, inputs, outputs, Some(score))?;
+        self.draw(inputs, outputs);
+        let (of_weights, of_biases) = score.split_at_mut(self.n_outputs * self.n_inputs);
+        for (row, surprise) in of_weights.chunks_mut(self.n_inputs).zip(&self.surprise) {
+            for (score, on) in row.iter_mut().zip(inputs) {
+                *score = if *on { *surprise } else { 0.0 };
+            }
+        }
+        of_biases.copy_from_slice(&self.surprise);
+        Ok(())
+    }
+
+    fn act(&mut self, inputs: &[bool], outputs: &mut [bool]) -> Result<(), Error> {
+        check_act(self, inputs, outputs, None)?;
+        self.draw(inputs, outputs);
+        Ok(())
+    }
+
+    fn draw_from(&mut self, seed: u64, stream: &str) {
+        self.rng = named_stream(seed, stream);
+    }
+
+    /// The generator's key, eight words, and how many of its words are drawn, in three.
+    fn random_state(&self) -> Vec<u32> {
+        let (key, position) = (self.rng.get_seed(), self.rng.get_word_pos());
+        let words = key.as_chunks().0.iter().map(|bytes| u32::from_le_bytes(*bytes));
+        words.chain([0, 32, 64].map(|shift| (position >> shift) as u32)).collect()
+    }
+
+    fn set_random_state(&mut self, state: &[u32]) -> Result<(), Error> {
+        let place = "Policy::set_random_state";
+        check_length(place, "state", 11, state.len())?;
+        // 2^64 blocks of 16 words.
+        if state[10] >= 16 {
+            return Err(Error::argument(place, "state[10]", "below 16", state[10]));
+        }
+        let mut key = [0; 32];
+        for (bytes, word) in key.chunks_mut(4).zip(state) {
+            bytes.copy_from_slice(&word.to_le_bytes());
+        }
+        let position = state[8..].iter().rev().fold(0, |sum, &word| sum << 32 | u128::from(word));
+        self.rng = ChaCha8Rng::from_seed(key);
+        self.rng.set_word_pos(position);
+        Ok(())
+    }
+
+    fn to_safetensors(&self) -> Result<Vec<u8>, Error> {
+        let Self { n_inputs, n_outputs, .. } = self;
+        self.tensors.write(&format!("n_inputs={n_inputs} n_outputs={n_outputs}"), &self.parameters)
+    }
+
+    fn read_safetensors(&self, bytes: &[u8]) -> Result<Vec<f64>, Error> {
+        expect_same_layout(bytes, &self.to_safetensors()?)?;
+        self.tensors.read(bytes)
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    fn robot() -> Structure {
+        Structure {
+            bits_per_reading: 2,
+            readings: 1,
+            actuators: vec!["hinge".into()],
+            bits_per_actuator: 1,
+            groups: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_state_may_be_however_far_in_the_stream() {
+        let mut policy = Logistic::new(&robot()).unwrap();
+        let mut state = policy.random_state();
+        state[8..].copy_from_slice(&[5, 7, 15]);
+        policy.set_random_state(&state).unwrap();
+        assert_eq!(policy.random_state(), state);
+        state[10] = 16;
+        let message = policy.set_random_state(&state).unwrap_err().to_string();
+        assert_eq!(message, "Policy::set_random_state: state[10] must be below 16, got 16");
+    }
+
+    #[test]
+    fn probabilities_are_logistic_and_have_ends() {
+        let p = probability(0.5, &[1.0, 7.0, -2.0], &[true, false, true]);
+        assert!((p - 1.0 / (1.0 + f64::exp(0.5))).abs() < 1e-15);
+        assert_eq!(probability(1e9, &[], &[]), 1.0);
+        assert_eq!(probability(-1e9, &[], &[]), 0.0);
+    }
+}

@@ -1,0 +1,159 @@
+//! The table `policy` of an experiment file: a kind with its own keys, and the keys that all kinds
+//! share.
+
+use config::{Section, integer, text, within};
+use crbm::MAX_PARAMETER;
+use serde::{Serialize, Serializer};
+
+use crate::{Error, KindSettings, Policy, Structure};
+
+/// Which policy acts, and what it begins with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PolicySettings {
+    /// The kind, with the keys that are its own; crbm.
+    pub kind: KindSettings,
+    /// Earlier readings that the policy sees besides the newest, 0 to 100; 0.
+    pub memory: usize,
+    /// The parameters at the beginning.
+    pub start: Start,
+}
+
+/// The parameters at the beginning.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Start {
+    /// Drawn from N(0, s^2): `initial_scale`, the standard deviation, 0 to 1e8; 0.01.
+    Random(f64),
+    /// `initial`: those of another policy of the same layout, in a safetensors file.
+    File(String),
+}
+
+impl Default for PolicySettings {
+    fn default() -> Self {
+        Self { kind: KindSettings::default(), memory: 0, start: Start::Random(0.01) }
+    }
+}
+
+impl PolicySettings {
+    /// Reads the table.
+    pub fn read(section: &mut Section<'_>) -> Option<Self> {
+        let kind = KindSettings::read(section);
+        let memory = section.or("memory", integer(0, 100), 0) as usize;
+        // No draw is as far out as 10 standard deviations.
+        let scale = section.optional("initial_scale", within(0.0, MAX_PARAMETER / 10.0));
+        let initial = section.optional("initial", text());
+        if section.has("initial_scale") && section.has("initial") {
+            let message = "initial_scale is for random parameters, and initial takes a file's";
+            section.complain(&section.place_of("initial_scale"), message);
+        }
+        let start = match initial {
+            Some(path) => Start::File(path),
+            None => Start::Random(scale.unwrap_or(0.01)),
+        };
+        Some(Self { kind: kind?, memory, start })
+    }
+
+    /// The policy for a robot, whose [`readings`](Structure::readings) are these settings' memory
+    /// and one. Parameters come from the seed's stream `start`, or are 0 as long as those of a file
+    /// haven't been [set](Policy::set_parameters); random numbers from its stream `policy`.
+    ///
+    /// # Errors
+    /// Settings that don't fit the robot.
+    pub fn build(&self, structure: &Structure, seed: u64) -> Result<Box<dyn Policy>, Error> {
+        structure.check()?;
+        let mut policy = self.kind.get().build(structure)?;
+        if let Start::Random(scale) = self.start {
+            let n = policy.parameters().len();
+            policy.set_parameters(&crbm::random_parameters(n, scale, seed, "start")?)?;
+        }
+        policy.draw_from(seed, "policy");
+        Ok(policy)
+    }
+}
+
+/// As the table that is read, with nothing in it that an experiment of the time before there were
+/// kinds didn't have: what it was told apart by stays the same.
+impl Serialize for PolicySettings {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        struct Table<'a> {
+            #[serde(skip_serializing_if = "Option::is_none")]
+            kind: Option<&'static str>,
+            #[serde(flatten)]
+            own: &'a KindSettings,
+            memory: usize,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            initial_scale: Option<f64>,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            initial: Option<&'a str>,
+        }
+        let (initial_scale, initial) = match &self.start {
+            Start::Random(scale) => (Some(*scale), None),
+            Start::File(path) => (None, Some(path.as_str())),
+        };
+        let kind = self.kind.name();
+        let is_default = kind == KindSettings::default().name();
+        let kind = (!is_default).then_some(kind);
+        Table { kind, own: &self.kind, memory: self.memory, initial_scale, initial }
+            .serialize(serializer)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use config::Document;
+
+    use super::*;
+
+    fn read(text: &str) -> Result<PolicySettings, String> {
+        let document = Document::parse("f", text).unwrap();
+        document.read(PolicySettings::read).map_err(|problems| problems.to_string())
+    }
+
+    /// Whatever kinds there will be.
+    #[test]
+    fn every_kind_is_read_as_it_is_written() {
+        for kind in KindSettings::all() {
+            for start in [Start::Random(0.25), Start::File("/a/policy.safetensors".into())] {
+                let settings = PolicySettings { kind: kind.clone(), memory: 3, start };
+                let text = toml::to_string(&settings).unwrap();
+                assert_eq!(read(&text).as_ref(), Ok(&settings), "{text}");
+            }
+            let named = read(&format!("kind = '{}'", kind.name())).unwrap();
+            assert_eq!(named.kind, kind);
+        }
+    }
+
+    /// The text is part of what cells are told apart by.
+    #[test]
+    fn a_default_policy_is_written_as_ever() {
+        let expected = "hidden_units = 50\ngibbs_updates = 10\nsamples = 60\n\
+                        connectivity = \"full\"\nmemory = 0\ninitial_scale = 0.01\n";
+        assert_eq!(toml::to_string(&PolicySettings::default()).unwrap(), expected);
+        assert_eq!(read("").unwrap(), PolicySettings::default());
+    }
+
+    #[test]
+    fn all_mistakes_are_found() {
+        let found = |text| read(text).unwrap_err();
+        assert_eq!(
+            found("kind = 'logistics'\nsamples = 3"),
+            "f:1:8: kind must be \"crbm\" or \"modular\" or \"logistic\", got \"logistics\", did you \
+             mean 'logistic'?"
+        );
+        assert_eq!(
+            found("kind = 'logistic'\nsamples = 3\nmemory = -1"),
+            "f:2:1: policy 'logistic': unknown key 'samples', expected one of 'kind', 'memory', \
+             'initial_scale', 'initial'\n\
+             f:3:10: policy 'logistic': memory must be a whole number from 0 to 100, got -1"
+        );
+        assert_eq!(
+            found("initial_scale = 1\ninitial = 'x'"),
+            "f:1:17: initial_scale is for random parameters, and initial takes a file's"
+        );
+        assert_eq!(
+            found("inputs = 'own_group'"),
+            "f:1:10: inputs must be \"all\" where connectivity is \"full\", got \"own_group\""
+        );
+        assert_eq!(found("initial_scale = 1e9").lines().count(), 1);
+    }
+}
