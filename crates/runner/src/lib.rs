@@ -16,4 +16,5 @@ pub mod session;
 pub mod store;
 pub mod training;
 
+mod models;
 mod rules;

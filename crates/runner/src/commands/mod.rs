@@ -19,7 +19,13 @@ use std::{
 
 use clap::CommandFactory;
 
-use crate::cli::{Cli, Command};
+use config::{Problem, Problems};
+
+use crate::{
+    cli::{Cli, Command, ExperimentFile},
+    experiment::Plan,
+    progress::tell,
+};
 
 /// How a command ended, if it ran.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,6 +74,16 @@ pub fn run(command: Command) -> anyhow::Result<Outcome> {
             Ok(Outcome::Done)
         }
     }
+}
+
+/// The plan of an experiment file; what is most likely not meant in it is said.
+fn open(arguments: &ExperimentFile) -> Result<Plan, Problems> {
+    let plan = Plan::open(&arguments.file, &arguments.set)?;
+    for warning in plan.warnings() {
+        let Problem { place, message } = warning;
+        tell(format_args!("{place}: warning: {message}"));
+    }
+    Ok(plan)
 }
 
 /// Prints a text and a line break.

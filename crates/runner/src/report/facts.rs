@@ -20,7 +20,6 @@ pub(super) fn introduction(run: &Run, plan: &Plan, cells: &[CellStatus]) -> Mark
     let first = plan.cells().first().map(|cell| &cell.experiment);
     let mut settings: Vec<&str> = manifest.cells.iter().map(|it| it.setting.as_str()).collect();
     settings.dedup();
-    let swept = settings.iter().any(|setting| !setting.is_empty());
     let precision = match manifest.bullet.precision {
         Precision::Single => "single",
         Precision::Double => "double",
@@ -31,7 +30,7 @@ pub(super) fn introduction(run: &Run, plan: &Plan, cells: &[CellStatus]) -> Mark
         @if let Some(description) = first.and_then(|it| it.description.as_ref()) { p { (description) } }
         dl {
             dt { "settings" }
-            dd { @if swept { (settings.join("; ")) } @else { "one" } }
+            dd { (settings.join("; ")) }
             dt { "seeds" }
             dd { (manifest.seeds.iter().map(u64::to_string).collect::<Vec<_>>().join(", ")) }
             dt { "cells" }
