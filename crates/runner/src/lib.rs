@@ -17,4 +17,5 @@ pub mod store;
 pub mod training;
 
 mod models;
+mod numbers;
 mod rules;

@@ -18,7 +18,6 @@ use std::{
 };
 
 use clap::CommandFactory;
-
 use config::{Problem, Problems};
 
 use crate::{
@@ -79,8 +78,7 @@ pub fn run(command: Command) -> anyhow::Result<Outcome> {
 /// The plan of an experiment file; what is most likely not meant in it is said.
 fn open(arguments: &ExperimentFile) -> Result<Plan, Problems> {
     let plan = Plan::open(&arguments.file, &arguments.set)?;
-    for warning in plan.warnings() {
-        let Problem { place, message } = warning;
+    for Problem { place, message } in plan.warnings() {
         tell(format_args!("{place}: warning: {message}"));
     }
     Ok(plan)

@@ -80,10 +80,9 @@ impl Axis {
                 complain(&node.place, i, &format!(" sets {path} twice"));
             }
             if let Some(other) = names.get(name.as_str()) {
-                let hint = if matches!(node.value, Value::Table(_)) {
-                    "; labels of their own tell them apart"
-                } else {
-                    ""
+                let hint = match node.value {
+                    Value::Table(_) => "; labels of their own tell them apart",
+                    _ => "",
                 };
                 let message = format!(" gives the same folder as [{other}], \"{name}\"{hint}");
                 complain(&node.place, i, &message);

@@ -201,7 +201,7 @@ impl Plan {
             let values: Vec<_> =
                 values.iter().map(|value| leaves::inline(&renamed(key, value.clone()))).collect();
             // Tables are long.
-            let list = match values[0].starts_with('{') {
+            let list = match values.iter().any(|value| value.starts_with('{')) {
                 true => format!("[\n    {},\n]", values.join(",\n    ")),
                 false => format!("[{}]", values.join(", ")),
             };

@@ -4,6 +4,7 @@ use maud::{Markup, html};
 
 use crate::{
     experiment::Plan,
+    numbers::grouped,
     plots::Omitted,
     store::{CellStatus, Precision, Run, State},
 };
@@ -82,13 +83,6 @@ fn time(plan: &Plan, cells: &[CellStatus]) -> String {
     format!("{done} updates, {steps} control steps, {} of the robots' time", duration(seconds))
 }
 
-/// `64,000`
-fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let groups: Vec<_> = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy).collect();
-    groups.join(",")
-}
-
 fn duration(seconds: f64) -> String {
     match seconds {
         ..120.0 => format!("{seconds:.0} s"),
@@ -128,11 +122,6 @@ pub(super) fn problems(cells: &[CellStatus], omitted: &[Omitted]) -> Markup {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn digits_are_grouped() {
-        assert_eq!([0, 999, 1000, 1_234_567].map(grouped), ["0", "999", "1,000", "1,234,567"]);
-    }
 
     #[test]
     fn durations_are_told_in_a_fitting_unit() {
