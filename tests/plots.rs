@@ -244,7 +244,7 @@ fn an_unfinished_run_is_drawn() {
 #[test]
 fn from_one_instance_to_twelve_settings_of_thirty() {
     let (_folder, run) = folder();
-    made_up(&run, &[""], 1, 40);
+    made_up(&run, &["base"], 1, 40);
     // Only the figure of feet is missed: nothing was recorded for it.
     plot(&run, &[]).ends(DONE).complains(&["left out feet: "]);
     assert!(texts(&svg(&run, "learning-curves")).contains(&"base".to_owned()));

@@ -5,7 +5,9 @@ use std::{fs::File, io::Read, path::Path};
 use toml::de::{DeTable, DeValue};
 
 use crate::{
-    Key, Node, Place, Problem, Problems, Section, Value, shown,
+    Key, Node, Place, Problem, Problems, Section, Value,
+    foreign::foreign,
+    shown,
     value::{DEEPEST, Lines, TOO_DEEP},
 };
 
@@ -25,6 +27,8 @@ impl Document {
         let bytes = read_bytes(path).map_err(|error| {
             Problems::one(Place::whole(&source), format!("can't be read: {error}"))
         })?;
+        // Before its size and its letters, which may be wrong because of what it is.
+        refuse_foreign(&source, without_mark(&String::from_utf8_lossy(&bytes)))?;
         if bytes.len() as u64 > LARGEST_FILE {
             let place = Place { source: source.as_str().into(), line: 1, column: 1 };
             return Err(Problems::one(place, "a TOML file of at most 1 MiB expected, got more"));
@@ -43,7 +47,8 @@ impl Document {
 
     /// Parses a text; problems name it `source`.
     pub fn parse(source: &str, text: &str) -> Result<Self, Problems> {
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let text = without_mark(text);
+        refuse_foreign(source, text)?;
         let lines = Lines::new(source, text);
         let (table, errors) = DeTable::parse_recoverable(text);
         let mut problems: Vec<_> =
@@ -60,17 +65,29 @@ impl Document {
 
     /// Overrides one value, as in `learning.rate=0.3`: a key path, an equals sign and a value in
     /// TOML. Later problems with it name `source` and this text.
+    ///
+    /// # Errors
+    /// What isn't an assignment, and all that [`Document::set_value`] refuses.
     pub fn set(&mut self, source: &str, assignment: &str) -> Result<(), Problems> {
         let place = Place::whole(&format!("{source} {assignment}"));
-        let (path, text) = match assignment.split_once('=') {
+        match assignment.split_once('=') {
             Some((path, text)) if path.split('.').all(|name| !name.trim().is_empty()) => {
-                (path, text.trim())
+                self.set_value(&place, path, text.trim())
             }
             _ => {
                 let message = format!("key=value expected, as in {source} learning.rate=0.3");
-                return Err(Problems::one(place, message));
+                Err(Problems::one(place, message))
             }
-        };
+        }
+    }
+
+    /// Overrides the value at a path of keys with dots between by one in TOML; problems name
+    /// `place`, which has no line. Of a table the keys that it has are overridden, and no others.
+    ///
+    /// # Errors
+    /// What isn't a value, an empty table, a path through something that isn't a table, and what has
+    /// been overridden before.
+    pub fn set_value(&mut self, place: &Place, path: &str, text: &str) -> Result<(), Problems> {
         let value = DeValue::parse(text).map_err(|error| {
             let message = format!(
                 "a value in TOML expected (a text in quotes), got {}: {}",
@@ -80,13 +97,41 @@ impl Document {
             Problems::one(place.clone(), message)
         })?;
         let mut problems = Vec::new();
-        let mut node = Lines::new(source, text).value(&value, &mut problems);
-        if !problems.is_empty() {
-            problems.iter_mut().for_each(|problem| problem.place = place.clone());
-            return Err(Problems::new(problems));
+        let mut node = Lines::new("", text).value(&value, &mut problems);
+        move_to(&mut node, place);
+        if problems.is_empty() {
+            let path: Vec<_> = path.split('.').map(|name| name.trim().to_owned()).collect();
+            self.merge(&path, node, &mut problems);
         }
-        move_to(&mut node, &place);
-        self.replace(path, &place, node)
+        if problems.is_empty() {
+            return Ok(());
+        }
+        problems.iter_mut().for_each(|problem| problem.place = place.clone());
+        Err(Problems::new(problems))
+    }
+
+    /// Puts a value from the command line at a path, of a table each of its own values.
+    fn merge(&mut self, path: &[String], node: Node, problems: &mut Vec<Problem>) {
+        let place = node.place.clone();
+        let name = path.join(".");
+        let found = match node.value {
+            Value::Table(entries) if entries.is_empty() => {
+                Err(format!("{} must be a value or a table with keys, got {{}}", shown(&name)))
+            }
+            Value::Table(entries) => {
+                for (key, node) in entries {
+                    self.merge(&[path, &[key.name]].concat(), node, problems);
+                }
+                Ok(())
+            }
+            _ => match find(&self.root, path).and_then(overridden) {
+                Some(other) => {
+                    Err(format!("{} is set by {other}, too: one has to go", shown(&name)))
+                }
+                None => self.put(path, &place, node),
+            },
+        };
+        problems.extend(found.err().map(|message| Problem { place, message }));
     }
 
     /// Puts a value at a path of keys with dots between, in place of what stood there. Keys that
@@ -95,17 +140,20 @@ impl Document {
     /// # Errors
     /// A path through something that isn't a table, or of more keys than tables may lie in each other.
     pub fn replace(&mut self, path: &str, place: &Place, node: Node) -> Result<(), Problems> {
-        let names: Vec<&str> = path.split('.').map(str::trim).collect();
-        if names.len() > DEEPEST {
-            return Err(Problems::one(place.clone(), TOO_DEEP));
+        let names: Vec<_> = path.split('.').collect();
+        self.put(&names, place, node).map_err(|message| Problems::one(place.clone(), message))
+    }
+
+    fn put<S: AsRef<str>>(&mut self, path: &[S], place: &Place, node: Node) -> Result<(), String> {
+        if path.len() > DEEPEST {
+            return Err(TOO_DEEP.into());
         }
-        match slot(&mut self.root, &names, place) {
-            Some(slot) => *slot = node,
-            None => {
-                let message = format!("{} lies within something that isn't a table", shown(path));
-                return Err(Problems::one(place.clone(), message));
-            }
-        }
+        let Some(slot) = slot(&mut self.root, path, place) else {
+            let names: Vec<_> = path.iter().map(AsRef::as_ref).collect();
+            let path = names.join(".");
+            return Err(format!("{} lies within something that isn't a table", shown(&path)));
+        };
+        *slot = node;
         Ok(())
     }
 
@@ -130,12 +178,37 @@ impl Document {
 
     /// The value at a path of keys with dots between.
     pub fn get(&self, path: &str) -> Option<&Node> {
-        path.split('.').try_fold(&self.root, |node, name| match &node.value {
-            Value::Table(entries) => {
-                entries.iter().find(|(key, _)| key.name == name).map(|(_, node)| node)
-            }
-            _ => None,
-        })
+        find(&self.root, &path.split('.').collect::<Vec<_>>())
+    }
+}
+
+/// What stands at a path.
+fn find<'a, S: AsRef<str>>(root: &'a Node, path: &[S]) -> Option<&'a Node> {
+    path.iter().try_fold(root, |node, name| match &node.value {
+        Value::Table(entries) => {
+            entries.iter().find(|(key, _)| key.name == name.as_ref()).map(|(_, node)| node)
+        }
+        _ => None,
+    })
+}
+
+/// A byte order mark isn't a character of the text.
+fn without_mark(text: &str) -> &str {
+    text.strip_prefix('\u{feff}').unwrap_or(text)
+}
+
+fn refuse_foreign(source: &str, text: &str) -> Result<(), Problems> {
+    foreign(text).map_or(Ok(()), |(start, what)| {
+        let place = Lines::new(source, text).place(start);
+        Err(Problems::one(place, format!("a file in TOML expected, got {what}")))
+    })
+}
+
+/// Where a value, or one within it, comes from, if that's the command line, which has no lines.
+fn overridden(node: &Node) -> Option<&Place> {
+    match &node.value {
+        Value::Table(entries) => entries.iter().find_map(|(_, node)| overridden(node)),
+        _ => (node.place.line == 0).then_some(&node.place),
     }
 }
 
@@ -154,11 +227,12 @@ fn not_toml(error: &toml::de::Error, lines: &Lines, text: &str) -> Problem {
 }
 
 /// What stands at a path, with tables and an empty one in the end made where nothing does.
-fn slot<'a>(node: &'a mut Node, path: &[&str], place: &Place) -> Option<&'a mut Node> {
+fn slot<'a, S: AsRef<str>>(node: &'a mut Node, path: &[S], place: &Place) -> Option<&'a mut Node> {
     let Some((first, rest)) = path.split_first() else { return Some(node) };
+    let first = first.as_ref();
     let Value::Table(entries) = &mut node.value else { return None };
-    let index = entries.iter().position(|(key, _)| key.name == *first).unwrap_or_else(|| {
-        let key = Key { place: place.clone(), name: (*first).into() };
+    let index = entries.iter().position(|(key, _)| key.name == first).unwrap_or_else(|| {
+        let key = Key { place: place.clone(), name: first.into() };
         entries.push((key, Node { place: place.clone(), value: Value::Table(Vec::new()) }));
         entries.len() - 1
     });

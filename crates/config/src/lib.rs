@@ -29,6 +29,7 @@
 #![forbid(unsafe_code)]
 
 mod document;
+mod foreign;
 mod problem;
 mod rule;
 mod section;

@@ -19,6 +19,8 @@ pub struct Section<'a> {
     /// What messages about it begin with: `joint 'knee': `.
     subject: String,
     asked: Vec<String>,
+    /// Keys that stand here too, and aren't read here.
+    elsewhere: Vec<String>,
     accepts_all: bool,
     problems: &'a RefCell<Vec<Problem>>,
 }
@@ -46,8 +48,15 @@ impl<'a> Section<'a> {
     ) -> Option<T> {
         let Value::Table(entries) = &node.value else { return None };
         let place = node.place.clone();
-        let (asked, accepts_all) = (Vec::new(), false);
-        let mut section = Section { entries, place, subject, asked, accepts_all, problems };
+        let mut section = Section {
+            entries,
+            place,
+            subject,
+            asked: Vec::new(),
+            elsewhere: Vec::new(),
+            accepts_all: false,
+            problems,
+        };
         let made = reader(&mut section);
         if !section.accepts_all {
             section.refuse_unknown_keys();
@@ -61,7 +70,8 @@ impl<'a> Section<'a> {
                 break;
             }
             if !self.asked.contains(&key.name) {
-                let advice = advice(&key.name, self.asked.iter().map(String::as_str));
+                let known = self.asked.iter().chain(&self.elsewhere).map(String::as_str);
+                let advice = advice(&key.name, known);
                 let message = format!("unknown key '{key}'{advice}");
                 // Line and column say which table it is, but not what is called there; and the
                 // command line has none.
@@ -121,6 +131,12 @@ impl<'a> Section<'a> {
             Some(Value::Table(entries)) => entries.len(),
             _ => 0,
         }
+    }
+
+    /// Names a key that the file may have here and whose value has been taken out of it: what is like
+    /// it is a misspelling of it.
+    pub fn mention(&mut self, key: &str) {
+        self.elsewhere.push(key.into());
     }
 
     /// Takes all keys for known: where it can't be told which of them are.

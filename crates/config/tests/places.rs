@@ -99,3 +99,23 @@ fn problems_put_together_are_sorted_and_told_once() {
     assert_eq!(many.iter().count(), 101);
     assert_eq!(Problems::new(many.clone().into()), many);
 }
+
+/// One line, whatever the size and the letters, and not one for each of its own.
+#[test]
+fn a_file_in_another_format_is_called_by_its_name() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("arm.toml");
+    let link = "  <link name=\"a\"><inertial/></link>\n";
+    let urdf =
+        |n: usize| format!("<robot name=\"arm\">\n{}</robot>\n", link.repeat(n)).into_bytes();
+    let large = LARGEST_FILE as usize / link.len() + 1;
+    let marked = ["\u{feff}".as_bytes(), &urdf(3)].concat();
+    let latin1 = b"<?xml version='1.0' encoding='latin1'?>\n<robot name='\xe4'/>".to_vec();
+    for bytes in [urdf(81), urdf(large), marked, latin1] {
+        fs::write(&path, bytes).unwrap();
+        let expected =
+            format!("{}:1:1: a file in TOML expected, got XML, a robot in URDF", path.display());
+        assert_eq!(Document::open(&path).unwrap_err().to_string(), expected);
+    }
+    assert_eq!(refused("\n{ \"a\": 1,\n\"b\": 2\n}"), "f:2:1: a file in TOML expected, got JSON");
+}

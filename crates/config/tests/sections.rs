@@ -154,3 +154,16 @@ fn the_same_problem_is_told_once() {
     });
     assert_eq!(found, "f:1:6: x[0] must be true or false, got 1");
 }
+
+#[test]
+fn a_key_that_is_read_elsewhere_is_suggested() {
+    let says = |file| {
+        says(file, |root| {
+            root.mention("sweep");
+            root.optional("model", text());
+            Some(())
+        })
+    };
+    assert_eq!(says("[sweeps]"), "f:1:2: unknown key 'sweeps', did you mean 'sweep'?");
+    assert_eq!(says("[x]"), "f:1:2: unknown key 'x', expected one of 'model', 'sweep'");
+}

@@ -23,6 +23,49 @@ fn values_are_replaced_and_added() {
     assert_eq!(value("learning={ rate = 3 }", "learning.rate"), Value::Integer(3));
 }
 
+#[test]
+fn a_table_is_merged_key_by_key() {
+    let file = "[a]\nx = 1\n[a.b]\ny = 2\nz = 3\n";
+    let mut document = Document::parse("f", file).unwrap();
+    document.set("--set", "a={ x = 7, b = { z = 8, new = 9 } }").unwrap();
+    document.set("--set", "a.b={ 'with.dots' = 10 }").unwrap();
+    let value = |path| document.get(path).map(|node| node.value.clone());
+    let expected = [("a.x", 7), ("a.b.y", 2), ("a.b.z", 8), ("a.b.new", 9)];
+    for (path, number) in expected {
+        assert_eq!(value(path), Some(Value::Integer(number)), "{path}");
+    }
+    // In quotes it's one key, and not a way.
+    assert_eq!(value("a.b.with"), None);
+    let empty = document.set("--set", "a.b={ c = {} }").unwrap_err().to_string();
+    let expected = "--set a.b={ c = {} }: a.b.c must be a value or a table with keys, got {}";
+    assert_eq!(empty, expected);
+}
+
+/// Whatever the order, and whether it's the key itself, a table around it or a value in its place.
+#[test]
+fn what_is_set_twice_is_refused_with_both() {
+    for (one, other, key) in [
+        ("a=1", "a=2", "a"),
+        ("a=1", " a =1", "a"),
+        ("a.b=1", "a={ b = 2 }", "a.b"),
+        ("a={ b = 2, c = 3 }", "a.c=1", "a.c"),
+        ("a.b.c=1", "a=2", "a"),
+        ("a.b.c=1", "a.b=2", "a.b"),
+        ("learning.rate=1", "learning={ rate = 2 }", "learning.rate"),
+        ("learning.rate=1", "learning=[2]", "learning"),
+    ] {
+        let mut document = document();
+        document.set("--set", one).unwrap();
+        let expected = format!("--set {other}: {key} is set by --set {one}, too: one has to go");
+        assert_eq!(document.set("--set", other).unwrap_err().to_string(), expected);
+    }
+    // Beside each other.
+    let mut document = document();
+    for assignment in ["a.b=1", "a.c=1", "a={ d = 1 }", "learning.rate=3"] {
+        document.set("--set", assignment).unwrap();
+    }
+}
+
 /// There's no line to tell, so the whole argument is the place, of a part of the value too.
 #[test]
 fn later_problems_name_the_argument() {

@@ -16,4 +16,6 @@ pub mod session;
 pub mod store;
 pub mod training;
 
+mod models;
+mod numbers;
 mod rules;

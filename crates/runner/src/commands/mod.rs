@@ -18,8 +18,13 @@ use std::{
 };
 
 use clap::CommandFactory;
+use config::{Problem, Problems};
 
-use crate::cli::{Cli, Command};
+use crate::{
+    cli::{Cli, Command, ExperimentFile},
+    experiment::Plan,
+    progress::tell,
+};
 
 /// How a command ended, if it ran.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,6 +73,15 @@ pub fn run(command: Command) -> anyhow::Result<Outcome> {
             Ok(Outcome::Done)
         }
     }
+}
+
+/// The plan of an experiment file; what is most likely not meant in it is said.
+fn open(arguments: &ExperimentFile) -> Result<Plan, Problems> {
+    let plan = Plan::open(&arguments.file, &arguments.set)?;
+    for Problem { place, message } in plan.warnings() {
+        tell(format_args!("{place}: warning: {message}"));
+    }
+    Ok(plan)
 }
 
 /// Prints a text and a line break.

@@ -107,7 +107,7 @@ fn recorded(folder: &Path) -> anyhow::Result<Clip> {
     let folder = folder.canonicalize().with_context(not_a_cell)?;
     let run = folder.ancestors().nth(3).with_context(not_a_cell)?;
     let run = Run::open(run).with_context(not_a_cell)?;
-    let plan = Plan::open(&run.experiment_path(), &[])?;
+    let plan = Plan::written(&run.experiment_path(), run.experiment())?;
     let is_here = |path: &Path| path.canonicalize().is_ok_and(|path| path == folder);
     let index = run.manifest().cells.iter().position(|cell| is_here(run.cell(cell).path()));
     Clip::of_cell(&run, &plan, index.with_context(not_a_cell)?)

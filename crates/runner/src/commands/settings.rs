@@ -1,9 +1,9 @@
 //! `itarl config`: the complete settings of an experiment file.
 
-use super::{Outcome, say};
-use crate::{cli::ExperimentFile, experiment::Plan};
+use super::{Outcome, open, say};
+use crate::cli::ExperimentFile;
 
 pub(super) fn config(arguments: &ExperimentFile) -> anyhow::Result<Outcome> {
-    say(Plan::open(&arguments.file, &arguments.set)?.to_toml().trim_end())?;
+    say(open(arguments)?.to_toml().trim_end())?;
     Ok(Outcome::Done)
 }

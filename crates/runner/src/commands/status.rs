@@ -12,7 +12,7 @@ use crate::{
 
 pub(super) fn status(folder: &Path) -> anyhow::Result<Outcome> {
     let run = Run::open(folder)?;
-    let plan = Plan::open(&run.experiment_path(), &[])?;
+    let plan = Plan::written(&run.experiment_path(), run.experiment())?;
     let target_of =
         |index: usize| plan.cells().get(index).map_or(0, |cell| cell.experiment.learning.updates);
     let cells = look(&run, target_of);

@@ -9,24 +9,23 @@ use std::{
 use anyhow::bail;
 use bullet::LockstepCounts;
 
-use super::{Outcome, say};
+use super::{Outcome, open, say};
 use crate::{
     cli::{Cell, Resume, Train, Work},
-    experiment::Plan,
     progress::{self, tell},
-    training::{Ending, How, Lab, LabCell, Limits, Stop, train_all},
+    training::{Ending, How, Lab, LabCell, Limits, Stop, check_models, train_all},
 };
 
 pub(super) fn train(arguments: &Train) -> anyhow::Result<Outcome> {
-    let file = &arguments.experiment.file;
-    let plan = Plan::open(file, &arguments.experiment.set)?;
+    let plan = open(&arguments.experiment)?;
     if arguments.list {
+        check_models(&plan)?;
         for (index, setting, seed) in plan.listing() {
             say(format_args!("{index}\t{setting}/seed={seed}"))?;
         }
         return Ok(Outcome::Done);
     }
-    let out = arguments.out.clone().unwrap_or_else(|| default_folder(file));
+    let out = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.experiment.file));
     work(&Lab::begin(&plan, &out)?, &arguments.work)
 }
 
@@ -35,7 +34,7 @@ pub(super) fn resume(arguments: &Resume) -> anyhow::Result<Outcome> {
 }
 
 pub(super) fn cell(arguments: &Cell) -> anyhow::Result<Outcome> {
-    let plan = Plan::open(&arguments.experiment.file, &arguments.experiment.set)?;
+    let plan = open(&arguments.experiment)?;
     let (index, n) = (arguments.index, plan.cells().len());
     if index >= n {
         bail!("--index must be a cell's number from 0 to {}, got {index}", n - 1);

@@ -1,6 +1,6 @@
 //! The table `codec`: readings to bits, bits to targets.
 
-use config::Section;
+use config::{Document, Problem, Section};
 use serde::Serialize;
 
 use crate::rules::count;
@@ -29,6 +29,21 @@ impl CodecSettings {
         Some(Self {
             sensor_bits: section.or("sensor_bits", count(1, MOST_BITS), default.sensor_bits),
             actuator_bits: section.or("actuator_bits", count(1, MOST_BITS), default.actuator_bits),
+        })
+    }
+    /// Whether the targets lie on edges of the sensors' bins: the centre of a bin is an edge of its
+    /// halves.
+    pub(super) fn warning(&self, document: &Document) -> Option<Problem> {
+        let Self { sensor_bits, actuator_bits } = self;
+        // More than by default, so it's in the file.
+        let place = document.get("codec.sensor_bits")?.place.clone();
+        (sensor_bits > actuator_bits).then(|| Problem {
+            place,
+            message: format!(
+                "codec: with {sensor_bits} sensor_bits and {actuator_bits} actuator_bits the servos' \
+                 targets lie exactly on edges of the sensors' bins, so a joint that is at its target \
+                 flips between two bins; take at least as many actuator_bits as sensor_bits"
+            ),
         })
     }
 }

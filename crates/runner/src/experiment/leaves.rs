@@ -26,6 +26,14 @@ fn collect(path: &str, table: &Table, all: &mut Vec<(String, Value)>) {
     }
 }
 
+/// What stands at a path of keys with dots between.
+pub(super) fn get<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
+    match path.split_once('.') {
+        None => table.get(path),
+        Some((first, rest)) => get(table.get(first)?.as_table()?, rest),
+    }
+}
+
 /// Puts a value at a path of keys with dots between.
 pub(super) fn put(table: &mut Table, path: &str, value: Value) {
     match path.split_once('.') {
@@ -38,6 +46,33 @@ pub(super) fn put(table: &mut Table, path: &str, value: Value) {
                 put(inner, rest, value);
             }
         }
+    }
+}
+
+/// A value on one line, with the keys of tables in their order: TOML's own writer puts plain values
+/// before tables, and what a swept value is called depends on the order.
+pub(super) fn inline(value: &Value) -> String {
+    match value {
+        Value::Array(items) => {
+            let items: Vec<_> = items.iter().map(inline).collect();
+            format!("[{}]", items.join(", "))
+        }
+        Value::Table(table) if table.is_empty() => "{}".into(),
+        Value::Table(table) => {
+            let entry =
+                |(name, value): (&String, &Value)| format!("{} = {}", key(name), inline(value));
+            format!("{{ {} }}", table.iter().map(entry).collect::<Vec<_>>().join(", "))
+        }
+        plain => plain.to_string(),
+    }
+}
+
+/// A name as the key of a line, in quotes where it needs them.
+pub(super) fn key(name: &str) -> String {
+    let is_bare = |c: char| c.is_ascii_alphanumeric() || "_-".contains(c);
+    match !name.is_empty() && name.chars().all(is_bare) {
+        true => name.into(),
+        false => Value::from(name).to_string(),
     }
 }
 
@@ -72,6 +107,14 @@ mod tests {
             put(&mut other, &path, value);
         }
         assert_eq!(other, table);
+    }
+
+    #[test]
+    fn a_value_on_one_line_keeps_its_order() {
+        let text = r#"[{ mix = { power = 1.5, xi = 0 }, "a.b" = [true, "c"], scale = 10 }, {}]"#;
+        let table: Table = format!("x = {text}").parse().unwrap();
+        assert_eq!(inline(&table["x"]), text);
+        assert_eq!(key("reward.mix.xi"), "\"reward.mix.xi\"");
     }
 
     #[test]

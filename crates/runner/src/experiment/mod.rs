@@ -6,6 +6,7 @@
 //! K. Ghazi-Zahedi and N. Ay, *Information theoretically aided reinforcement learning for embodied
 //! agents*, 2016). Values are checked against their ranges and each other; nothing is opened.
 
+mod axis;
 mod codec;
 mod control;
 mod learning;
@@ -16,13 +17,14 @@ mod plan;
 mod policy;
 mod record;
 mod sweep;
+mod twice;
 
 pub use codec::CodecSettings;
 pub use control::ControlSettings;
 pub use learning::LearningSettings;
 pub use perturbation::PerturbationSettings;
 pub use physics::PhysicsSettings;
-pub use plan::{Cell, Plan};
+pub use plan::{Cell, Plan, absolute};
 pub use policy::{Connectivity, PolicySettings};
 pub use record::{CheckpointSettings, RecordSettings};
 pub use sweep::MOST_CELLS;

@@ -5,20 +5,27 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use config::{Document, MOST_PROBLEMS, Node, Problem, Problems, Value};
+use config::{Document, MOST_PROBLEMS, Node, Place, Problem, Problems, Value};
 use toml::Table;
 
-use super::{Experiment, leaves, sweep::Sweep};
+use super::{Experiment, axis::Point, leaves, sweep::Sweep, twice::twice};
 
 /// All that an experiment file says.
 ///
 /// Two plans are equal if they train the same cells in the same order.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Plan {
     /// Swept keys with their values, in the order of the file.
     axes: Vec<(String, Vec<toml::Value>)>,
     seeds: Vec<u64>,
     cells: Vec<Cell>,
+    warnings: Vec<Problem>,
+}
+
+impl PartialEq for Plan {
+    fn eq(&self, other: &Self) -> bool {
+        (&self.axes, &self.seeds, &self.cells) == (&other.axes, &other.seeds, &other.cells)
+    }
 }
 
 /// One training instance.
@@ -58,32 +65,72 @@ impl Plan {
                 problems.extend(Vec::from(found));
             }
         }
-        let resolve = |node: &mut Node| make_absolute(node, path.parent().unwrap_or(path));
-        if let Some(mut model) = document.take("model") {
-            resolve(&mut model);
-            document.replace("model", &model.place.clone(), model)?;
-        }
-        let mut sweep = Sweep::read(document.take("sweep").as_ref(), &mut problems);
-        sweep.resolve_models(resolve);
-        sweep.check_against(&document, &mut problems);
-        Self::read(&document, &sweep, problems)
+        let (sweep, plan) = Self::read(document, path, problems)?;
+        let twice = twice(&sweep, &plan.cells);
+        if twice.is_empty() { Ok(plan) } else { Err(Problems::new(twice)) }
     }
 
-    fn read(document: &Document, sweep: &Sweep, problems: Vec<Problem>) -> Result<Self, Problems> {
+    /// Reads the text of a run's own file at `path`, which was accepted when the run began.
+    ///
+    /// # Errors
+    /// All that is wrong with it.
+    pub fn written(path: &Path, text: &str) -> Result<Self, Problems> {
+        let document = Document::parse(&path.display().to_string(), text)?;
+        Ok(Self::read(document, path, Vec::new())?.1)
+    }
+
+    /// As [`Plan::written`], with another number of updates, which `--updates` asked for.
+    ///
+    /// # Errors
+    /// Likewise; a number out of range, and any number where `learning.updates` is swept.
+    pub fn extended(path: &Path, text: &str, updates: u64) -> Result<Self, Problems> {
+        let mut document = Document::parse(&path.display().to_string(), text)?;
+        let place = Place::whole(&format!("--updates {updates}"));
+        document.set_value(&place, "learning.updates", &updates.to_string())?;
+        Ok(Self::read(document, path, Vec::new())?.1)
+    }
+
+    fn read(
+        mut document: Document,
+        path: &Path,
+        mut problems: Vec<Problem>,
+    ) -> Result<(Sweep, Self), Problems> {
+        let folder = path.parent().unwrap_or(path);
+        if let Some(mut model) = document.take("model") {
+            make_absolute(&mut model, folder);
+            document.replace("model", &model.place.clone(), model)?;
+        }
+        let mut swept = document.take("sweep");
+        if let Some(Value::Table(entries)) = swept.as_mut().map(|node| &mut node.value) {
+            let models = entries.iter_mut().filter(|(key, _)| key.name == "model");
+            models.for_each(|(_, models)| make_all_absolute(models, folder));
+        }
+        let sweep = Sweep::read(swept.as_ref(), &mut problems);
+        sweep.check_against(&document, &mut problems);
+        let plan = Self::of(&document, &sweep, problems)?;
+        Ok((sweep, plan))
+    }
+
+    fn of(document: &Document, sweep: &Sweep, problems: Vec<Problem>) -> Result<Self, Problems> {
         let combinations: Box<dyn Iterator<Item = _>> = match problems.is_empty() {
             true => Box::new(sweep.combinations()),
             false => Box::new(sweep.one_by_one()),
         };
-        let mut problems = BTreeSet::from_iter(problems);
+        let (mut problems, mut warnings) = (BTreeSet::from_iter(problems), BTreeSet::new());
         let mut cells = Vec::new();
         for points in combinations {
             let mut document = document.clone();
             sweep.put(&points, &mut document, &mut problems);
-            match document.read(Experiment::read) {
+            let read = document.read(|root| {
+                root.mention("sweep");
+                Experiment::read(root)
+            });
+            match read {
                 Ok(experiment) => {
+                    warnings.extend(experiment.codec.warning(&document));
+                    let setting = sweep.name(&points);
                     for &seed in &sweep.seeds {
-                        let setting = sweep.name(&points);
-                        let experiment = experiment.clone();
+                        let (setting, experiment) = (setting.clone(), experiment.clone());
                         cells.push(Cell { index: cells.len(), setting, seed, experiment });
                     }
                 }
@@ -96,11 +143,21 @@ impl Plan {
         if !problems.is_empty() {
             return Err(Problems::new(problems.into_iter().collect()));
         }
-        let values = |points: &[super::sweep::Point]| {
-            points.iter().map(|point| toml_value(&point.node.value)).collect()
-        };
+        let values =
+            |points: &[Point]| points.iter().map(|point| toml_value(&point.node.value)).collect();
         let axes = sweep.axes.iter().map(|axis| (axis.key.clone(), values(&axis.points)));
-        Ok(Self { axes: axes.collect(), seeds: sweep.seeds.clone(), cells })
+        Ok(Self {
+            axes: axes.collect(),
+            seeds: sweep.seeds.clone(),
+            cells,
+            warnings: warnings.into_iter().collect(),
+        })
+    }
+
+    /// What is allowed, and most likely not what is meant: each with its place and what to do.
+    #[must_use]
+    pub fn warnings(&self) -> &[Problem] {
+        &self.warnings
     }
 
     /// All cells: for each combination of swept values, the first key slowest, all seeds.
@@ -124,42 +181,48 @@ impl Plan {
     /// what is swept are left out. Opened again it gives an equal plan.
     #[must_use]
     pub fn to_toml(&self) -> String {
+        self.to_toml_with(str::to_owned)
+    }
+
+    /// The complete file, with other paths for the models.
+    #[must_use]
+    pub fn to_toml_with(&self, model: impl Fn(&str) -> String) -> String {
+        let renamed = |key: &str, value: toml::Value| match value {
+            toml::Value::String(path) if key == "model" => model(&path).into(),
+            value => value,
+        };
         let mut file = Table::new();
         for (key, value) in self.shared() {
+            let value = renamed(&key, value);
             leaves::put(&mut file, &key, value);
         }
-        let mut sweep = Table::new();
+        let mut text = format!("{file}\n[sweep]\n");
         for (key, values) in &self.axes {
-            sweep.insert(key.clone(), values.clone().into());
+            let values: Vec<_> =
+                values.iter().map(|value| leaves::inline(&renamed(key, value.clone()))).collect();
+            // Tables are long.
+            let list = match values.iter().any(|value| value.starts_with('{')) {
+                true => format!("[\n    {},\n]", values.join(",\n    ")),
+                false => format!("[{}]", values.join(", ")),
+            };
+            text += &format!("{} = {list}\n", leaves::key(key));
         }
-        sweep.insert("seeds".into(), self.seeds_value());
-        file.insert("sweep".into(), sweep.into());
-        file.to_string()
+        text + &format!("seeds = {}\n", self.seeds_value())
     }
 
     /// Keys with values that are the same in all cells, and that nothing sweeps. A value that
     /// varies though nothing sweeps it is a default, which follows from what is swept.
     fn shared(&self) -> Vec<(String, toml::Value)> {
         let mut settings = self.cells.iter().step_by(self.seeds.len());
-        let all = |cell: &Cell| leaves::leaves(&leaves::table(&cell.experiment));
-        let mut shared = settings.next().map(all).unwrap_or_default();
+        let all = |cell: &Cell| leaves::table(&cell.experiment);
+        let mut shared = settings.next().map(|cell| leaves::leaves(&all(cell))).unwrap_or_default();
+        let swept: BTreeSet<String> = self.axes.iter().flat_map(swept_keys).collect();
+        shared.retain(|(key, _)| !swept.contains(key));
         for cell in settings {
             let others = all(cell);
-            shared.retain(|leaf| others.contains(leaf));
+            shared.retain(|(key, value)| leaves::get(&others, key) == Some(value));
         }
-        shared.retain(|(key, _)| !self.sweeps(key));
         shared
-    }
-
-    fn sweeps(&self, key: &str) -> bool {
-        self.axes.iter().any(|(swept, values)| match key.strip_prefix(swept.as_str()) {
-            Some("") => true,
-            Some(rest) => rest.strip_prefix('.').is_some_and(|rest| {
-                let tables = values.iter().filter_map(toml::Value::as_table);
-                tables.flat_map(leaves::leaves).any(|(leaf, _)| leaf == rest)
-            }),
-            None => false,
-        })
     }
 
     /// A number where they are 1, 2, ..., as a person would write it.
@@ -172,6 +235,23 @@ impl Plan {
     }
 }
 
+/// The keys that an axis sets in one cell or another.
+fn swept_keys((key, values): &(String, Vec<toml::Value>)) -> Vec<String> {
+    let keys = values.iter().flat_map(|value| match value {
+        toml::Value::Table(table) => {
+            leaves::leaves(table).into_iter().map(|(leaf, _)| format!("{key}.{leaf}")).collect()
+        }
+        _ => vec![key.clone()],
+    });
+    keys.collect()
+}
+
+fn make_all_absolute(models: &mut Node, folder: &Path) {
+    if let Value::List(models) = &mut models.value {
+        models.iter_mut().for_each(|model| make_absolute(model, folder));
+    }
+}
+
 /// A path relative to `folder`, or to the current one if it's from the command line.
 fn make_absolute(node: &mut Node, folder: &Path) {
     let Value::Text(text) = &mut node.value else { return };
@@ -179,11 +259,15 @@ fn make_absolute(node: &mut Node, folder: &Path) {
         return;
     }
     let folder = if node.place.line == 0 { Path::new("") } else { folder };
-    let path = folder.join(&text);
-    // Without `..` if it's there; if not, whoever opens it will say so.
-    if let Ok(path) = path.canonicalize().or_else(|_| std::path::absolute(&path)) {
-        *text = path.to_string_lossy().into_owned();
-    }
+    *text = absolute(&folder.join(&text));
+}
+
+/// A path as experiments have those of their models: absolute, and the file's own where it is there
+/// and the path leads to it by links. If it isn't, whoever opens it will say so.
+#[must_use]
+pub fn absolute(path: &Path) -> String {
+    let found = path.canonicalize().or_else(|_| std::path::absolute(path));
+    found.as_deref().unwrap_or(path).to_string_lossy().into_owned()
 }
 
 fn toml_value(value: &Value) -> toml::Value {

@@ -3,10 +3,11 @@
 //! A key is written with dots, in quotes or not, or as nested tables. A value that is a table sets
 //! several keys together: `codec = [{ sensor_bits = 1 }, { sensor_bits = 2, actuator_bits = 2 }]`.
 
-use std::{collections::BTreeSet, path::Path};
+use std::collections::{BTreeMap, BTreeSet};
 
 use config::{Document, Mismatch, Node, Place, Problem, Rule, Value};
 
+use super::axis::{Axis, Point, in_sweep, safe, touched};
 use crate::rules::count;
 
 /// Cells that a file may have.
@@ -19,31 +20,14 @@ const LONGEST_NAME: usize = 200;
 pub(super) struct Sweep {
     pub(super) axes: Vec<Axis>,
     pub(super) seeds: Vec<u64>,
-}
-
-/// A swept key.
-pub(super) struct Axis {
-    /// With dots, from the top of the file.
-    pub(super) key: String,
-    place: Place,
-    /// What folders call it.
-    name: String,
-    pub(super) points: Vec<Point>,
-}
-
-/// One of the values of a swept key.
-pub(super) struct Point {
-    pub(super) node: Node,
-    /// What folders call it.
-    name: String,
-    /// The keys that it sets, none of them a table.
-    leaves: Vec<(String, Node)>,
+    /// Where each key that is swept stands.
+    swept: BTreeMap<String, Place>,
 }
 
 impl Sweep {
     /// Reads the table, if there is one. Problems are added to `problems`.
     pub(super) fn read(node: Option<&Node>, problems: &mut Vec<Problem>) -> Self {
-        let mut sweep = Self { axes: Vec::new(), seeds: vec![1] };
+        let mut sweep = Self { axes: Vec::new(), seeds: vec![1], swept: BTreeMap::new() };
         let Some(node) = node else { return sweep };
         let Value::Table(entries) = &node.value else {
             let message = format!("sweep must be a table, got {}", node.value);
@@ -51,7 +35,9 @@ impl Sweep {
             return sweep;
         };
         for (key, node) in entries {
-            if key.name == "seeds" {
+            if key.name == "sweep" || key.name.starts_with("sweep.") {
+                problems.push(in_sweep(&key.place, "a sweep can't be swept".into()));
+            } else if key.name == "seeds" {
                 sweep.seeds = seeds(node).unwrap_or_else(|mismatch| {
                     problems.push(problem("seeds", mismatch));
                     vec![1]
@@ -81,30 +67,28 @@ impl Sweep {
                 return;
             }
         };
-        let axis = Axis {
-            key: path.into(),
-            place: place.clone(),
-            name: path.into(),
-            points: items.iter().map(|item| Point::new(path, item)).collect(),
-        };
-        axis.check(problems);
-        if let Some((other, key)) = self.axes.iter().find_map(|other| {
-            axis.paths().iter().find(|path| other.touches(path)).map(|path| (other, *path))
-        }) {
-            let message = format!("{key} is swept twice, by {} too", other.place);
-            problems.push(in_sweep(place, message));
+        let axis = Axis::read(path, place, items, problems);
+        let twice = |key: &String| touched(&self.swept, key).map(|other| (key.clone(), other));
+        if let Some((key, other)) = axis.paths.iter().find_map(twice) {
+            problems.push(in_sweep(place, format!("{key} is swept twice, by {other} too")));
             return;
         }
+        self.swept.extend(axis.paths.iter().map(|key| (key.clone(), place.clone())));
         self.axes.push(axis);
     }
 
     /// By the last part of the key, where no other swept key ends in it.
     fn name_axes(&mut self) {
-        let last = |key: &str| key.rsplit('.').next().unwrap_or(key).to_owned();
-        let ends: Vec<_> = self.axes.iter().map(|axis| last(&axis.key)).collect();
-        for (axis, end) in self.axes.iter_mut().zip(&ends) {
-            let alone = ends.iter().filter(|other| *other == end).count() == 1;
-            axis.name = safe(if alone { end } else { &axis.key });
+        fn last(key: &str) -> &str {
+            key.rsplit('.').next().unwrap_or(key)
+        }
+        let mut ends: BTreeMap<String, usize> = BTreeMap::new();
+        for axis in &self.axes {
+            *ends.entry(last(&axis.key).to_owned()).or_default() += 1;
+        }
+        for axis in &mut self.axes {
+            let end = last(&axis.key);
+            axis.name = safe(if ends.get(end) == Some(&1) { end } else { &axis.key });
         }
     }
 
@@ -123,7 +107,7 @@ impl Sweep {
         if length > LONGEST_NAME {
             let message = format!(
                 "sweep must name folders with at most {LONGEST_NAME} characters, got {length}; \
-                 sweep fewer keys or shorter values"
+                 sweep fewer keys or shorter values, or give tables a label"
             );
             problems.push(Problem { place: place.clone(), message });
         }
@@ -131,15 +115,13 @@ impl Sweep {
 
     /// Refuses keys that the rest of the file sets, or the command line.
     pub(super) fn check_against(&self, document: &Document, problems: &mut Vec<Problem>) {
-        for axis in &self.axes {
-            for key in axis.paths() {
-                let Some(node) = document.get(key) else { continue };
-                let message = match node.place.line {
-                    0 => format!("{key} is swept by {}, so it can't be set", axis.place),
-                    _ => format!("{key} is set here and swept in {}: one has to go", axis.place),
-                };
-                problems.push(Problem { place: node.place.clone(), message });
-            }
+        for (key, place) in &self.swept {
+            let Some(node) = document.get(key) else { continue };
+            let message = match node.place.line {
+                0 => format!("{key} is swept by {place}, so it can't be set"),
+                _ => format!("{key} is set here and swept in {place}: one has to go"),
+            };
+            problems.push(Problem { place: node.place.clone(), message });
         }
     }
 
@@ -195,104 +177,8 @@ impl Sweep {
             return "base".into();
         }
         let named = self.axes.iter().zip(points);
-        let parts: Vec<_> =
-            named.map(|(axis, point)| format!("{}={}", axis.name, point.name)).collect();
-        parts.join(",")
+        named.map(|(axis, point)| axis.named(point)).collect::<Vec<_>>().join(",")
     }
-
-    /// Paths of models are made absolute by `resolve`.
-    pub(super) fn resolve_models(&mut self, resolve: impl Fn(&mut Node)) {
-        for axis in self.axes.iter_mut().filter(|axis| axis.key == "model") {
-            for point in &mut axis.points {
-                resolve(&mut point.node);
-                point.leaves.iter_mut().for_each(|(_, node)| resolve(node));
-            }
-        }
-    }
-}
-
-impl Axis {
-    /// The keys that are set by one value or another.
-    pub(super) fn paths(&self) -> BTreeSet<&str> {
-        let leaves = self.points.iter().flat_map(|point| &point.leaves);
-        leaves.map(|(path, _)| path.as_str()).collect()
-    }
-
-    /// Whether it sets a key, or something within it or around it.
-    fn touches(&self, key: &str) -> bool {
-        let within = |inner: &str, outer: &str| {
-            inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-        };
-        self.paths().into_iter().any(|path| within(path, key) || within(key, path))
-    }
-
-    /// Refuses values that name the same folder, and those that set nothing.
-    fn check(&self, problems: &mut Vec<Problem>) {
-        let mut complain = |i: usize, message: &str| {
-            let message = format!("{}[{i}] {message}", self.key);
-            problems.push(in_sweep(&self.points[i].node.place, message));
-        };
-        let mut names: Vec<&str> = Vec::new();
-        for (i, Point { name, leaves, .. }) in self.points.iter().enumerate() {
-            if leaves.is_empty() {
-                complain(i, "must set at least one key, got {}");
-            } else if let Some(other) = names.iter().position(|known| known == name) {
-                complain(i, &format!("gives the same folder as [{other}], \"{name}\""));
-            }
-            names.push(name);
-        }
-    }
-}
-
-impl Point {
-    fn new(key: &str, node: &Node) -> Self {
-        let mut leaves = Vec::new();
-        collect_leaves(key, node, &mut leaves);
-        let name = match &node.value {
-            Value::Text(path) if key == "model" => {
-                let stem = Path::new(path).file_stem().unwrap_or_default();
-                safe(&stem.to_string_lossy())
-            }
-            value => name_of(value),
-        };
-        Self { node: node.clone(), name, leaves }
-    }
-}
-
-fn collect_leaves(path: &str, node: &Node, leaves: &mut Vec<(String, Node)>) {
-    match &node.value {
-        Value::Table(entries) => {
-            for (key, node) in entries {
-                collect_leaves(&format!("{path}.{}", key.name), node, leaves);
-            }
-        }
-        _ => leaves.push((path.into(), node.clone())),
-    }
-}
-
-/// A value as a part of a folder's name.
-fn name_of(value: &Value) -> String {
-    match value {
-        Value::Number(number) if number.fract() == 0.0 && number.abs() < 1e15 => number.to_string(),
-        Value::List(items) => {
-            let items: Vec<_> = items.iter().map(|item| name_of(&item.value)).collect();
-            items.join("-")
-        }
-        Value::Table(entries) => {
-            let entry = |(key, node): &(config::Key, Node)| {
-                format!("{}-{}", safe(&key.name), name_of(&node.value))
-            };
-            entries.iter().map(entry).collect::<Vec<_>>().join("-")
-        }
-        Value::Text(text) => safe(text),
-        other => safe(&other.to_string()),
-    }
-}
-
-/// With nothing in it that a file system or a shell takes for something else.
-fn safe(text: &str) -> String {
-    let harmless = |c: char| c.is_ascii_alphanumeric() || "._+-".contains(c);
-    text.chars().map(|c| if harmless(c) { c } else { '-' }).collect()
 }
 
 /// A number of seeds, from 1, or a list of them.
@@ -317,11 +203,11 @@ fn seeds(node: &Node) -> Result<Vec<u64>, Mismatch> {
             "a number of seeds or a list of at least one seed",
         ));
     }
-    let mut seeds = Vec::new();
+    let (mut seeds, mut known) = (Vec::new(), BTreeSet::new());
     for (i, item) in items.iter().enumerate() {
         let inside = |mismatch| Mismatch { part: format!("[{i}]"), ..mismatch };
         let seed = count(0, i64::MAX).take(item).map_err(inside)?;
-        if seeds.contains(&seed) {
+        if !known.insert(seed) {
             return Err(refuse(item, format!("[{i}]"), "a seed that isn't in the list yet"));
         }
         seeds.push(seed);
@@ -334,6 +220,53 @@ fn problem(key: &str, mismatch: Mismatch) -> Problem {
     in_sweep(&place, format!("{key}{part} must be {expected}, got {found}"))
 }
 
-fn in_sweep(place: &Place, message: String) -> Problem {
-    Problem { place: place.clone(), message: format!("sweep: {message}") }
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use std::time::{Duration, Instant};
+
+    use super::*;
+
+    fn read(text: &str) -> (Sweep, Vec<Problem>) {
+        let mut problems = Vec::new();
+        let node = Document::parse("f", text).unwrap().take("sweep");
+        (Sweep::read(node.as_ref(), &mut problems), problems)
+    }
+
+    /// Values compared with all others, or keys, or seeds, would take many minutes.
+    #[test]
+    fn long_sweeps_are_read_in_no_time() {
+        let start = Instant::now();
+        let n = 300_000;
+        let list = |n: usize| (0..n).map(|i| i.to_string()).collect::<Vec<_>>().join(", ");
+        let (sweep, problems) = read(&format!("[sweep]\na = [{}]", list(n)));
+        assert_eq!((sweep.axes[0].points.len(), problems.len()), (n, 1), "{problems:?}");
+        let (sweep, problems) = read(&format!("[sweep]\nseeds = [{}]", list(n)));
+        assert_eq!((sweep.seeds.len(), problems.len()), (n, 1), "{problems:?}");
+        let keys: String = (0..n / 3).map(|i| format!("a{i} = [0]\n")).collect();
+        let (sweep, problems) = read(&format!("[sweep]\n{keys}"));
+        assert_eq!((sweep.axes.len(), problems.len()), (n / 3, 1), "{problems:?}");
+        let keys: Vec<_> = (0..n / 3).map(|i| format!("a{i} = 0")).collect();
+        let (sweep, _) = read(&format!("[sweep]\nx = [{{ {} }}]\ny = [1]", keys.join(", ")));
+        assert_eq!(sweep.axes[0].paths.len(), n / 3);
+        assert!(start.elapsed() < Duration::from_secs(120), "{:?}", start.elapsed());
+    }
+
+    #[test]
+    fn keys_touch_those_around_and_within_them() {
+        let known = BTreeMap::from([("a.b".to_owned(), 1), ("a.bc.d".to_owned(), 2)]);
+        for (key, expected) in [
+            ("a", Some(1)),
+            ("a.b", Some(1)),
+            ("a.b.x", Some(1)),
+            ("a.bc", Some(2)),
+            ("a.bc.d.e", Some(2)),
+            ("a.bc.x", None),
+            ("a.", None),
+            ("b", None),
+            ("", None),
+        ] {
+            assert_eq!(touched(&known, key).copied(), expected, "{key}");
+        }
+    }
 }

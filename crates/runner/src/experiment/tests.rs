@@ -174,8 +174,68 @@ fn file(settings: &[usize], swept: bool) -> String {
     lines.join("\n")
 }
 
+/// The keys of [`CHOICES`] below a section, without its name.
+fn keys_of(section: &'static str) -> Vec<(&'static str, &'static [&'static str])> {
+    let below = |(key, values): &(&'static str, &'static [&'static str])| {
+        Some((key.strip_prefix(section)?.strip_prefix('.')?, *values))
+    };
+    CHOICES.iter().filter_map(below).collect()
+}
+
+/// Some keys of a section in any order with a value each, some with dots, which make tables of them;
+/// with or without a label.
+fn swept_table(section: &'static str) -> impl Strategy<Value = String> {
+    let keys = keys_of(section);
+    let chosen = prop::sample::subsequence(keys.clone(), 1..=keys.len().min(4)).prop_shuffle();
+    let label = prop::option::of("[a-z0-9][a-z0-9._+-]{0,5}");
+    (chosen, label, any::<prop::sample::Index>()).prop_map(|(chosen, label, index)| {
+        let value = |values: &[&'static str]| values[index.index(values.len())];
+        let entries = chosen.iter().map(|(key, values)| format!("{key} = {}", value(values)));
+        let label = label.map(|label| format!("label = '{label}'"));
+        format!("{{ {} }}", entries.chain(label).collect::<Vec<_>>().join(", "))
+    })
+}
+
+/// A section, swept by one of its keys or by tables.
+fn axis(section: &'static str) -> impl Strategy<Value = (&'static str, String)> {
+    let plain = prop::sample::select(keys_of(section))
+        .prop_map(move |(key, values)| format!("'{section}.{key}' = [{}]", values.join(", ")));
+    let tables = prop::collection::vec(swept_table(section), 1..4)
+        .prop_map(move |tables| format!("{section} = [{}]", tables.join(", ")));
+    (Just(section), prop_oneof![plain, tables])
+}
+
+/// A file that sweeps some sections in any order, tables before plain keys and after them. Some are
+/// refused: where two values are the same, say.
+fn sweeps() -> impl Strategy<Value = String> {
+    let sections = ["physics", "control", "codec", "policy", "reward", "learning", "record"];
+    let axes = prop::sample::subsequence(sections.to_vec(), 0..=4).prop_shuffle();
+    let axes = axes.prop_flat_map(|sections| sections.into_iter().map(axis).collect::<Vec<_>>());
+    let seeds = prop::sample::select(vec!["", "seeds = 3", "seeds = [7, 3]"]);
+    (axes, seeds, settings()).prop_map(|(axes, seeds, settings)| {
+        let (sections, mut lines): (Vec<_>, Vec<_>) = axes.into_iter().unzip();
+        let is_swept = |line: &&str| sections.iter().any(|section| line.starts_with(section));
+        let rest = file(&settings, false);
+        lines.splice(0..0, rest.lines().filter(|line| !is_swept(line)).map(str::to_owned));
+        lines.join("\n") + "\n" + seeds
+    })
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
+
+    /// To the letter of each cell's name, and whatever stands before what.
+    #[test]
+    fn any_sweep_read_back_has_the_same_cells(text in sweeps()) {
+        let plan = open(&text, &[]);
+        prop_assume!(plan.is_ok());
+        let plan = plan.unwrap();
+        let written = plan.to_toml();
+        let again = self::plan(&written);
+        prop_assert_eq!(folders(&again), folders(&plan), "{}", written);
+        prop_assert!(again == plan, "{}", written);
+        prop_assert_eq!(again.to_toml(), written);
+    }
 
     #[test]
     fn resolved_settings_read_back_are_the_same(settings in settings()) {
@@ -288,6 +348,111 @@ fn kinds_can_be_swept() {
     let penalties: Vec<_> =
         plan.cells().iter().map(|cell| cell.experiment.reward.penalty).collect();
     assert_eq!(penalties, [0.0001, 0.0001, 0.001, 0.001]);
+}
+
+/// All that is trained by the files here, through the files that they are written to.
+#[test]
+fn every_experiment_is_written_as_it_is() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments");
+    let mut n = 0;
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|extension| extension == "toml") {
+            let plan = Plan::open(&path, &[]).unwrap_or_else(|problems| panic!("{problems}"));
+            assert_eq!(self::plan(&plan.to_toml()), plan, "{}", plan.to_toml());
+            assert!(plan.warnings().is_empty(), "{:?}", plan.warnings());
+            n += 1;
+        }
+    }
+    assert!(n >= 10, "{n}");
+}
+
+/// Table before plain key, plain value after table: what TOML's own writer puts the other way round.
+#[test]
+fn the_order_of_a_sweep_is_that_of_the_file() {
+    let text = "model = '/m'\n[sweep]\n\
+                reward = [{ mix = { power = 1 }, scale = 10 }, { mix.power = 2, scale = 100 }]\n\
+                'reward.mix.xi' = [0.75, 1]";
+    let expected = "[sweep]\nreward = [\n    { mix = { power = 1 }, scale = 10 },\n    \
+                    { mix = { power = 2 }, scale = 100 },\n]\n\"reward.mix.xi\" = [0.75, 1]\n\
+                    seeds = 1\n";
+    let written = plan(text).to_toml();
+    assert!(written.ends_with(expected), "{written}");
+    assert_eq!(plan(&written).cells()[1].setting, "reward=mix-power-1-scale-10,xi=1");
+    // As it always was, where that was right.
+    let written = plan("model = '/m'\n[sweep]\n'reward.mix.xi' = [0.75, 1]\nseeds = 8").to_toml();
+    assert!(
+        written.ends_with("\n\n[sweep]\n\"reward.mix.xi\" = [0.75, 1]\nseeds = 8\n"),
+        "{written}"
+    );
+}
+
+#[test]
+fn a_label_names_a_table_and_sets_nothing() {
+    let text = "model = '/m'\n[sweep]\nlearning = [{ label = 'paper' }, \
+                { optimiser = 'adam', adam.rate = 0.003, label = 'adam_.+-3' }, { rate = 2 }]";
+    let plan = plan(text);
+    let names: Vec<_> = plan.listing().map(|(_, setting, _)| setting).collect();
+    assert_eq!(names, ["learning=paper", "learning=adam_.+-3", "learning=rate-2"]);
+    assert_eq!(plan.cells()[0].experiment, experiment("model = '/m'"));
+    assert_eq!(self::plan(&plan.to_toml()), plan);
+    assert!(plan.to_toml().contains("{ label = \"paper\" }"), "{}", plan.to_toml());
+}
+
+#[test]
+fn what_sensors_cannot_tell_is_warned_of() {
+    let warnings = |text: &str| {
+        let plan = open(&format!("model = 'm'\n{text}"), &[]).unwrap();
+        let shown = plan.warnings().iter().map(ToString::to_string);
+        shown.map(|text| text.split_once("x.toml:").unwrap().1.to_owned()).collect::<Vec<_>>()
+    };
+    let expected = "2:21: codec: with 2 sensor_bits and 1 actuator_bits the servos' targets lie \
+                    exactly on edges of the sensors' bins, so a joint that is at its target flips \
+                    between two bins; take at least as many actuator_bits as sensor_bits";
+    assert_eq!(warnings("codec.sensor_bits = 2\nsweep.'reward.mix.xi' = [0, 1]"), [expected]);
+    assert_eq!(warnings("codec = { sensor_bits = 2, actuator_bits = 2 }"), [""; 0]);
+    assert_eq!(warnings("codec.actuator_bits = 2"), [""; 0]);
+    let swept = warnings(
+        "[sweep]\ncodec = [{ label = 'a' }, { sensor_bits = 3, actuator_bits = 2 }]\nseeds = 3",
+    );
+    assert_eq!(swept.len(), 1);
+    assert!(swept[0].starts_with("3:43: codec: with 3 sensor_bits and 2 "), "{swept:?}");
+    let swept = warnings("codec.actuator_bits = 2\n[sweep]\n'codec.sensor_bits' = [1, 2, 3, 4]");
+    assert_eq!(swept.len(), 2);
+    assert!(swept[1].starts_with("4:33: codec: with 4 sensor_bits and 2 "), "{swept:?}");
+}
+
+/// A run that was begun before such mistakes were found goes on.
+#[test]
+fn what_a_run_was_made_with_is_read_again() {
+    let text = "model = '/m'\n[sweep]\n'reward.mix.xi' = [0.0, -0.0]";
+    assert!(open(text, &[]).is_err());
+    let plan = Plan::written(Path::new("/run/experiment.toml"), text).unwrap();
+    assert_eq!(folders(&plan), ["xi=0/seed=1", "xi=-0/seed=1"]);
+}
+
+#[test]
+fn more_updates_are_checked_as_those_of_a_file_are() {
+    let path = Path::new("/run/experiment.toml");
+    let extended = |text: &str, updates| {
+        let text = format!("model = '/m'\n{text}");
+        Plan::extended(path, &text, updates).map_err(|problems| problems.to_string())
+    };
+    let plan = extended("learning.updates = 3", 1_000_000_000).unwrap();
+    assert_eq!(plan.cells()[0].experiment.learning.updates, 1_000_000_000);
+    let range = "learning: updates must be a whole number from 1 to 1000000000";
+    for updates in [0, 1_000_000_001, 2_000_000_000] {
+        let expected = format!("--updates {updates}: {range}, got {updates}");
+        assert_eq!(extended("", updates).unwrap_err(), expected);
+    }
+    let expected =
+        format!("--updates {0}: a number that 64 bits can hold expected, got {0}", u64::MAX);
+    assert_eq!(extended("", u64::MAX).unwrap_err(), expected);
+    for sweep in ["'learning.updates' = [1, 2]", "learning = [{ updates = 2 }, { rate = 2 }]"] {
+        let expected = "--updates 7: learning.updates is swept by /run/experiment.toml:3:1, so it \
+                        can't be set";
+        assert_eq!(extended(&format!("[sweep]\n{sweep}"), 7).unwrap_err(), expected);
+    }
 }
 
 #[test]

@@ -250,13 +250,11 @@ pub(super) fn notes_height(notes: &[String]) -> f64 {
 
 /// A setting's name for people, `xi=0.75,power=2` as lines `ξ = 0.75` and `power = 2`.
 pub(super) fn setting_lines(name: &str, size: f64, most: f64) -> Vec<String> {
-    let name = if name.is_empty() { "base" } else { name };
     name.split(',').flat_map(|part| wrap(&setting_part(part), size, most)).collect()
 }
 
 /// The same in one line.
 pub(super) fn setting_line(name: &str) -> String {
-    let name = if name.is_empty() { "base" } else { name };
     name.split(',').map(setting_part).collect::<Vec<_>>().join(", ")
 }
 

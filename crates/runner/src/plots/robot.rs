@@ -48,9 +48,8 @@ fn models(run: &Run) -> Result<Vec<Morphology>, Error> {
     let nothing = |why: String| Error::Nothing { figure: FIGURE.name, why };
     let model = |listed: &store::Model| {
         let source = run.model_path(&listed.file).display().to_string();
-        let text = String::from_utf8(run.model(listed)?)
-            .map_err(|_| nothing(format!("{source}: not UTF-8")))?;
-        Morphology::parse(&source, &text).map_err(|problems| nothing(problems.to_string()))
+        Morphology::parse(&source, &run.model(listed)?)
+            .map_err(|problems| nothing(problems.to_string()))
     };
     let models: Vec<_> = run.manifest().models.iter().map(model).collect::<Result<_, _>>()?;
     if models.is_empty() { Err(nothing("the run lists no model".into())) } else { Ok(models) }
@@ -93,7 +92,7 @@ mod tests {
             cells: Vec::new(),
         };
         store::Run::create(&folder, &new).unwrap();
-        let run = Run { folder, ..run_of(&[("", vec![vec![0.0]])]) };
+        let run = Run { folder, ..run_of(&[("base", vec![vec![0.0]])]) };
         (parent, run)
     }
 

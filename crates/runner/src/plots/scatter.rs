@@ -16,6 +16,7 @@ use super::{
     curves::sliding_means,
     tables,
 };
+use crate::numbers::grouped;
 
 pub(super) const FIGURE: Figure = Figure {
     name: "scatter",
@@ -91,13 +92,6 @@ fn draw(run: &Run, _: &Options) -> Result<Drawing, Error> {
     })
 }
 
-/// `4,500,000`
-fn grouped(n: usize) -> String {
-    let digits = n.to_string();
-    let groups = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy);
-    groups.collect::<Vec<_>>().join(",")
-}
-
 /// `r = 0.789`
 fn correlation(settings: &[Setting]) -> String {
     match tables::correlation_of(settings) {
@@ -111,7 +105,7 @@ fn note(run: &Run, w: usize) -> String {
     format!(
         "Over all {} updates of all instances Pearson's {}. Curves are means over a sliding \
          window of {w} {}, one for each instance, in a colour of its own; the dot is its end.",
-        grouped(n),
+        grouped(n as u64),
         correlation(&run.settings),
         if w == 1 { "update" } else { "updates" }
     )
@@ -153,14 +147,4 @@ fn draw_panel(
         write_y_label(area, frame, "R_MI", "nats per variable")?;
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn large_numbers_are_grouped() {
-        assert_eq!([7, 999, 1000, 4_500_000].map(grouped), ["7", "999", "1,000", "4,500,000"]);
-    }
 }

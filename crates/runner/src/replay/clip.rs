@@ -1,13 +1,12 @@
 //! A robot and its motion: the one thing that all ways of showing it start from.
 
-use std::path::Path;
-
 use anyhow::{Context, bail};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use svenja::{Morphology, Shape};
 
 use crate::{
     experiment::{Experiment, Plan},
+    models,
     reward::ExtrinsicSettings,
     store::{Recording, Run},
 };
@@ -84,11 +83,8 @@ impl Clip {
         let name = || path.display().to_string();
         let recording = Recording::read(&path)?
             .with_context(|| format!("{}: there's none before the first checkpoint", name()))?;
-        let title = match cell.setting.as_str() {
-            "" => format!("seed {}", cell.seed),
-            setting => format!("{setting}, seed {}", cell.seed),
-        };
-        let morphology = model(run, &cell.experiment)?;
+        let title = format!("{}, seed {}", cell.setting, cell.seed);
+        let morphology = models::read(run, models::index(&models::paths(run), &cell.experiment)?)?;
         Self::new(title, &cell.experiment, morphology, recording).with_context(name)
     }
 
@@ -179,22 +175,6 @@ impl Clip {
         let step = frame / self.recording.layout.frames_per_step;
         self.recording.contacts[step * self.morphology.bodies().len() + body] != 0
     }
-}
-
-/// The run's copy of a cell's model.
-fn model(run: &Run, experiment: &Experiment) -> anyhow::Result<Morphology> {
-    let is_it = |file: &str| {
-        let path = run.model_path(file).canonicalize();
-        path.is_ok_and(|path| path == Path::new(&experiment.model))
-    };
-    let listed = run.manifest().models.iter().find(|model| is_it(&model.file));
-    let listed = listed.with_context(|| {
-        format!("model {} isn't among those of manifest.json", experiment.model)
-    })?;
-    let source = run.model_path(&listed.file).display().to_string();
-    let text =
-        String::from_utf8(run.model(listed)?).with_context(|| format!("{source}: not UTF-8"))?;
-    Ok(Morphology::parse(&source, &text)?)
 }
 
 #[cfg(test)]

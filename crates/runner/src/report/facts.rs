@@ -4,6 +4,7 @@ use maud::{Markup, html};
 
 use crate::{
     experiment::Plan,
+    numbers::grouped,
     plots::Omitted,
     store::{CellStatus, Precision, Run, State},
 };
@@ -20,7 +21,6 @@ pub(super) fn introduction(run: &Run, plan: &Plan, cells: &[CellStatus]) -> Mark
     let first = plan.cells().first().map(|cell| &cell.experiment);
     let mut settings: Vec<&str> = manifest.cells.iter().map(|it| it.setting.as_str()).collect();
     settings.dedup();
-    let swept = settings.iter().any(|setting| !setting.is_empty());
     let precision = match manifest.bullet.precision {
         Precision::Single => "single",
         Precision::Double => "double",
@@ -31,7 +31,7 @@ pub(super) fn introduction(run: &Run, plan: &Plan, cells: &[CellStatus]) -> Mark
         @if let Some(description) = first.and_then(|it| it.description.as_ref()) { p { (description) } }
         dl {
             dt { "settings" }
-            dd { @if swept { (settings.join("; ")) } @else { "one" } }
+            dd { (settings.join("; ")) }
             dt { "seeds" }
             dd { (manifest.seeds.iter().map(u64::to_string).collect::<Vec<_>>().join(", ")) }
             dt { "cells" }
@@ -83,13 +83,6 @@ fn time(plan: &Plan, cells: &[CellStatus]) -> String {
     format!("{done} updates, {steps} control steps, {} of the robots' time", duration(seconds))
 }
 
-/// `64,000`
-fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let groups: Vec<_> = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy).collect();
-    groups.join(",")
-}
-
 fn duration(seconds: f64) -> String {
     match seconds {
         ..120.0 => format!("{seconds:.0} s"),
@@ -129,11 +122,6 @@ pub(super) fn problems(cells: &[CellStatus], omitted: &[Omitted]) -> Markup {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn digits_are_grouped() {
-        assert_eq!([0, 999, 1000, 1_234_567].map(grouped), ["0", "999", "1,000", "1,234,567"]);
-    }
 
     #[test]
     fn durations_are_told_in_a_fitting_unit() {

@@ -50,7 +50,7 @@ impl Report {
     /// If there's no run, or no update in it yet.
     pub fn read(folder: &Path, progress: &Progress<'_>) -> anyhow::Result<Self> {
         let run = store::Run::open(folder)?;
-        let plan = Plan::open(&run.experiment_path(), &[])?;
+        let plan = Plan::written(&run.experiment_path(), run.experiment())?;
         let (plots, omitted) =
             plots::Run::read(folder, &|done, total| progress(done, total, "cells read"))?;
         let target =
@@ -72,9 +72,11 @@ impl Report {
             else {
                 continue;
             };
-            let group = if setting.is_empty() { "all cells" } else { setting };
+            if !self.records(cell.index) {
+                continue;
+            }
             match Clip::of_cell(&self.run, &self.plan, cell.index) {
-                Ok(clip) => self.replays.add(group, label, &clip, each.min(PAGE_BYTES)),
+                Ok(clip) => self.replays.add(setting, label, &clip, each.min(PAGE_BYTES)),
                 Err(error) => {
                     let omitted = Omitted { cell: cell.folder(), reason: format!("{error:#}") };
                     if !self.omitted.contains(&omitted) {
@@ -84,6 +86,11 @@ impl Report {
             }
             progress(i + 1, wanted.len(), "replays read");
         }
+    }
+
+    /// Whether the experiment asks for recorded control steps.
+    fn records(&self, index: usize) -> bool {
+        self.plan.cells().get(index).is_some_and(|cell| cell.experiment.record.steps > 0)
     }
 
     /// The best and the median instance of each setting.
@@ -100,12 +107,11 @@ impl Report {
         let wanted = roles.map(|(setting, index, role)| {
             let instance = &setting.instances[index];
             let last = instance.outcome.last;
-            let of = if setting.name.is_empty() { "" } else { " of " };
             Wanted {
                 setting: setting.name.clone(),
                 seed: instance.seed,
                 label: format!(
-                    "{role}{of}{}: seed {}, R_Loc {last:+.4} m",
+                    "{role} of {}: seed {}, R_Loc {last:+.4} m",
                     setting.name, instance.seed
                 ),
             }
@@ -142,6 +148,12 @@ impl Report {
                         (self.plots.window) " updates, as they moved and learned in their last control steps."
                     }
                     (self.replays.markup(false))
+                } @else if !(0..self.cells.len()).any(|index| self.records(index)) {
+                    h2 { "The robots" }
+                    p .faint {
+                        "No control steps were recorded (" code { "record.steps" } " is 0), so there "
+                        "is nothing to replay."
+                    }
                 }
                 h2 { "Figures" }
                 (figures)

@@ -67,6 +67,19 @@ pub enum Error {
         /// In what, at least one.
         differences: Vec<Difference>,
     },
+    /// Fewer updates than the run has.
+    #[error(
+        "{}: learning.updates: {there} there, {here} here: a run can be extended, not cut short",
+        path.display()
+    )]
+    Shorter {
+        /// The run's folder.
+        path: PathBuf,
+        /// Updates of the run.
+        there: i64,
+        /// Updates that were asked for.
+        here: i64,
+    },
     /// A whole checkpoint, but not of this cell.
     #[error(
         "{}: of another cell: its settings or seed are not those of this folder; put the right \

@@ -68,7 +68,7 @@ pub struct Model {
 pub struct Cell {
     /// Its number, from 0.
     pub index: usize,
-    /// The swept settings, as its folder is named; empty if nothing is swept.
+    /// The swept settings, as its folder is named; `base` if nothing is swept.
     pub setting: String,
     /// Its seed.
     pub seed: u64,
@@ -130,7 +130,7 @@ impl Manifest {
             if cell.index != i {
                 return Err(format!("cell {i} has index {}", cell.index));
             }
-            if !cell.setting.is_empty() && !is_a_name(&cell.setting) {
+            if !is_a_name(&cell.setting) {
                 return Err(format!("cell {i}: {:?} can't be a folder's name", cell.setting));
             }
             if let Some(other) = cells.insert((&cell.setting, cell.seed), i) {
@@ -196,8 +196,7 @@ impl Cell {
     /// `<setting>/seed=<n>`, below `cells/`.
     #[must_use]
     pub fn folder(&self) -> String {
-        let slash = if self.setting.is_empty() { "" } else { "/" };
-        format!("{}{slash}seed={}", self.setting, self.seed)
+        format!("{}/seed={}", self.setting, self.seed)
     }
 }
 
@@ -256,7 +255,7 @@ mod tests {
             "format version 2, and this program reads 1: go on with the itarl that wrote it",
         );
         refused("\"index\": 1", "\"index\": 3", "damaged: cell 1 has index 3");
-        for name in ["..", "/etc", "a/b", "a/", "."] {
+        for name in ["..", "/etc", "a/b", "a/", ".", ""] {
             let message = format!("damaged: cell 0: {name:?} can't be a folder's name");
             refused("xi=0.75", name, &message);
         }

@@ -17,7 +17,7 @@ use super::{
     atomic::{folder_of, sync_folder},
     error::At,
     manifest::FORMAT,
-    settings::{Settings, updates},
+    settings::Settings,
 };
 
 const EXPERIMENT: &str = "experiment.toml";
@@ -146,15 +146,27 @@ impl Run {
     /// that at the same time: one after the other, and the largest number stays.
     ///
     /// # Errors
-    /// [`Error::Differs`] if anything else is different; what writing runs into.
+    /// [`Error::Shorter`] if it has fewer than the run had when it was opened, [`Error::Differs`] if
+    /// anything else is different; what writing runs into.
     pub fn extend(&mut self, experiment: &str) -> Result<(), Error> {
         let path = self.experiment_path();
+        let settings = |text: &str| Settings::read(&path, text);
+        let here = settings(experiment)?;
+        let there = settings(&self.experiment)?;
+        self.refuse(there.differences(&here))?;
+        if here.updates < there.updates {
+            let [there, here] = [there, here].map(|it| it.updates.unwrap_or_default());
+            return Err(Error::Shorter { path: self.folder.clone(), there, here });
+        }
+        if here.updates == there.updates {
+            return Ok(());
+        }
         // The manifest is never replaced, so all lock the same file.
         let _lock = Lock::wait(&self.folder.join(MANIFEST))?;
         *self = Self::open(&self.folder)?;
-        let [there, here] = [&self.experiment, experiment].map(|text| Settings::read(&path, text));
-        self.refuse(there?.differences(&here?))?;
-        if updates(&path, experiment)? > updates(&path, &self.experiment)? {
+        let there = settings(&self.experiment)?;
+        self.refuse(there.differences(&here))?;
+        if here.updates > there.updates {
             atomic::write(&path, experiment.as_bytes())?;
             self.experiment = experiment.into();
         }
@@ -167,18 +179,19 @@ impl Run {
         self.folder.join(MODELS).join(file)
     }
 
-    /// The bytes of a model file's copy.
+    /// The text of a model file's copy.
     ///
     /// # Errors
-    /// [`Error::Damaged`] if they aren't those that the run was made with.
-    pub fn model(&self, model: &Model) -> Result<Vec<u8>, Error> {
+    /// [`Error::Damaged`] if it isn't what the run was made with.
+    pub fn model(&self, model: &Model) -> Result<String, Error> {
         let path = self.model_path(&model.file);
         let bytes = atomic::read(&path)?.ok_or_else(|| Error::damaged(&path, "missing"))?;
         if Hash(xxh3_64(&bytes)) != model.xxh3 {
             let what = "it isn't what the run was made with (manifest.json has its hash)";
             return Err(Error::damaged(&path, what));
         }
-        Ok(bytes)
+        String::from_utf8(bytes)
+            .map_err(|error| Error::damaged(&path, error.utf8_error().to_string()))
     }
 
     /// The folder of a cell, made when the cell is opened first.
@@ -318,7 +331,7 @@ mod tests {
         assert_eq!(opened.manifest(), created.manifest());
         assert_eq!(opened.experiment(), new(300, 0.5).experiment);
         let model = &opened.manifest().models[0];
-        assert_eq!(opened.model(model).unwrap(), b"name = 'svenja'\n");
+        assert_eq!(opened.model(model).unwrap(), "name = 'svenja'\n");
         let cell = opened.cell(&opened.manifest().cells[1]);
         assert_eq!(cell.path(), folder.join("cells/xi=0.75/seed=2"));
         assert!(!cell.path().exists());
@@ -415,8 +428,11 @@ mod tests {
         });
         let mut run = Run::open(&folder).unwrap();
         assert_eq!(run.experiment(), new(1100, 0.5).experiment);
-        run.extend(&new(300, 0.5).experiment).unwrap();
-        assert_eq!(run.experiment(), new(1100, 0.5).experiment);
+        let error = run.extend(&new(300, 0.5).experiment).unwrap_err().to_string();
+        let expected =
+            "learning.updates: 1100 there, 300 here: a run can be extended, not cut short";
+        assert!(error.ends_with(expected), "{error}");
+        assert_eq!(Run::open(&folder).unwrap().experiment(), new(1100, 0.5).experiment);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //!
 //! `learning.updates` is left out: a run may be extended.
 
-use std::path::Path;
+use std::{collections::BTreeMap, path::Path};
 
 use toml::{Table, Value};
 use xxhash_rust::xxh3::Xxh3;
@@ -12,36 +12,34 @@ use super::{Difference, Error};
 /// The setting in which a run may differ from what it was made with.
 const EXTENDABLE: &str = "learning.updates";
 
-/// Dotted keys with their values, sorted by key.
+/// All settings but the extendable one.
 #[derive(Debug, PartialEq, Eq)]
-pub(crate) struct Settings(Vec<(String, String)>);
-
-/// The number of updates in the text of a resolved experiment, if it says.
-pub(crate) fn updates(path: &Path, text: &str) -> Result<Option<i64>, Error> {
-    let table = parse(path, text)?;
-    let learning = table.get("learning").and_then(Value::as_table);
-    Ok(learning.and_then(|learning| learning.get("updates")).and_then(Value::as_integer))
-}
-
-fn parse(path: &Path, text: &str) -> Result<Table, Error> {
-    toml::from_str(text)
-        .map_err(|error| Error::damaged(path, error.to_string().trim_end().to_string()))
+pub(crate) struct Settings {
+    /// Dotted keys with their values, sorted by key.
+    values: Vec<(String, String)>,
+    /// The number of updates; none where it's swept.
+    pub(crate) updates: Option<i64>,
 }
 
 impl Settings {
     /// Reads the text of a resolved experiment. `path` is for the messages.
     pub(crate) fn read(path: &Path, text: &str) -> Result<Self, Error> {
-        let mut settings = Vec::new();
-        flatten(String::new(), &Value::Table(parse(path, text)?), &mut settings);
-        settings.retain(|(key, _)| key != EXTENDABLE);
-        settings.sort();
-        Ok(Self(settings))
+        let table: Table = toml::from_str(text)
+            .map_err(|error| Error::damaged(path, error.to_string().trim_end().to_string()))?;
+        let learning = table.get("learning").and_then(Value::as_table);
+        let updates =
+            learning.and_then(|learning| learning.get("updates")).and_then(Value::as_integer);
+        let mut values = Vec::new();
+        flatten(String::new(), &Value::Table(table), &mut values);
+        values.retain(|(key, _)| key != EXTENDABLE);
+        values.sort();
+        Ok(Self { values, updates })
     }
 
     /// The same one for the same settings, whatever the text's order, spaces and comments.
     pub(crate) fn xxh3(&self) -> u64 {
         let mut hash = Xxh3::new();
-        for part in self.0.iter().flat_map(|(key, value)| [key, value]) {
+        for part in self.values.iter().flat_map(|(key, value)| [key, value]) {
             hash.update(&(part.len() as u64).to_le_bytes());
             hash.update(part.as_bytes());
         }
@@ -50,22 +48,21 @@ impl Settings {
 
     /// Which settings have other values `here`.
     pub(crate) fn differences(&self, here: &Self) -> Vec<Difference> {
-        let mut keys: Vec<_> = self.0.iter().chain(&here.0).map(|(key, _)| key).collect();
-        keys.sort();
-        keys.dedup();
-        keys.into_iter()
-            .map(|key| Difference {
+        let mut both: BTreeMap<&String, [Option<&String>; 2]> = BTreeMap::new();
+        for (side, settings) in [self, here].into_iter().enumerate() {
+            for (key, value) in &settings.values {
+                both.entry(key).or_default()[side] = Some(value);
+            }
+        }
+        let differing = both.into_iter().filter(|(_, [there, here])| there != here);
+        let shown = |value: Option<&String>| value.map_or("nothing".into(), String::clone);
+        differing
+            .map(|(key, [there, here])| Difference {
                 what: key.clone(),
-                there: self.value(key),
-                here: here.value(key),
+                there: shown(there),
+                here: shown(here),
             })
-            .filter(|difference| difference.there != difference.here)
             .collect()
-    }
-
-    fn value(&self, key: &str) -> String {
-        let found = self.0.iter().find(|(other, _)| other == key);
-        found.map_or("nothing".into(), |(_, value)| value.clone())
     }
 }
 
@@ -110,7 +107,8 @@ mod tests {
     fn order_comments_and_the_number_of_updates_make_no_difference() {
         let other =
             "sweep.seeds = [ 1, 2 ] # two\na = 1\nlearning = { updates = 9, rate = 5e-1 }\n";
-        assert_eq!(read(TEXT), read(other));
+        assert_eq!(read(TEXT).values, read(other).values);
+        assert_eq!([read(TEXT), read(other)].map(|it| it.updates), [Some(300), Some(9)]);
         assert_eq!(read(TEXT).xxh3(), read(other).xxh3());
         assert!(read(TEXT).differences(&read(other)).is_empty());
     }

@@ -98,7 +98,7 @@ mod tests {
 
     fn run(folder: &Path, n_cells: usize) -> Run {
         let cells =
-            (0..n_cells).map(|index| Cell { index, setting: String::new(), seed: index as u64 });
+            (0..n_cells).map(|index| Cell { index, setting: "base".into(), seed: index as u64 });
         let new = NewRun {
             experiment: "learning.updates = 4".into(),
             itarl: "0.1.0".into(),

@@ -1,24 +1,18 @@
 //! A run opened for work: its folder, its cells with their settings, their robots.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::{collections::BTreeSet, fs, path::Path};
 
 use anyhow::{Context, bail};
 use config::Problems;
 use svenja::Morphology;
-use toml::{Table, Value};
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::{
-    experiment::{Cell, Experiment, Plan},
+    experiment::{Cell, Experiment, Plan, absolute},
+    models,
     session::Session,
     store::{self, Bullet, CellFolder, NewRun, Precision, Run},
 };
-
-/// Where a run folder keeps the models, seen from its experiment file.
-const MODELS: &str = "models";
 
 /// A run opened for work.
 pub struct Lab {
@@ -40,7 +34,6 @@ pub struct LabCell {
 }
 
 struct Model {
-    path: String,
     xxh3: u64,
     morphology: Morphology,
 }
@@ -61,7 +54,9 @@ impl Lab {
     pub fn begin(plan: &Plan, folder: &Path) -> anyhow::Result<Self> {
         let files = model_files(plan)?;
         check_settings(plan)?;
-        let experiment = in_folder(plan, &files)?;
+        let names: Vec<_> =
+            files.iter().map(|file| (file.path.as_str(), file.name.as_str())).collect();
+        let experiment = written(plan, &names, folder)?;
         let cell = |cell: &Cell| store::Cell {
             index: cell.index,
             setting: cell.setting.clone(),
@@ -75,63 +70,55 @@ impl Lab {
             seeds: plan.seeds().to_vec(),
             cells: plan.cells().iter().map(cell).collect(),
         };
-        let mut run = Run::create(folder, &new)?;
-        extend(&mut run, &new.experiment)?;
-        Self::of(run)
+        Self::of(Run::create(folder, &new)?)?.extended(&new.experiment)
     }
 
     /// Opens a run that is there; `updates` extends it.
     ///
     /// # Errors
-    /// What isn't a run, a damaged one, or one of another Bullet.
+    /// What isn't a run, a damaged one, or one of another Bullet; updates out of range, fewer than
+    /// the run has, or of a run that sweeps them.
     pub fn open(folder: &Path, updates: Option<u64>) -> anyhow::Result<Self> {
-        let mut run = Run::open(folder)?;
-        if let Some(updates) = updates {
-            let mut table: Table = toml::from_str(run.experiment())?;
-            let learning = table.entry("learning").or_insert_with(|| Table::new().into());
-            if let Value::Table(learning) = learning {
-                learning.insert("updates".into(), Value::Integer(i64::try_from(updates)?));
-            }
-            let text = table.to_string();
-            extend(&mut run, &text)?;
-        }
-        Self::of(run)
+        let lab = Self::of(Run::open(folder)?)?;
+        let Some(updates) = updates else { return Ok(lab) };
+        let run = &lab.run;
+        let plan = Plan::extended(&run.experiment_path(), run.experiment(), updates)?;
+        let paths = models::paths(run);
+        let files = run.manifest().models.iter().map(|model| model.file.as_str());
+        let names: Vec<_> = paths.iter().map(String::as_str).zip(files).collect();
+        let experiment = written(&plan, &names, folder)?;
+        lab.extended(&experiment)
+    }
+
+    /// With more updates, where this text of the same experiment has more.
+    fn extended(mut self, experiment: &str) -> anyhow::Result<Self> {
+        let before = self.run.experiment().to_owned();
+        self.run.extend(experiment)?;
+        if self.run.experiment() == before { Ok(self) } else { Self::of(self.run) }
     }
 
     fn of(run: Run) -> anyhow::Result<Self> {
         run.require(this_bullet())?;
-        let plan = Plan::open(&run.experiment_path(), &[])?;
-        let mut models: Vec<Model> = Vec::new();
-        for model in &run.manifest().models {
-            let path = run.model_path(&model.file);
-            let bytes = run.model(model)?;
-            let source = path.display().to_string();
-            let text = String::from_utf8(bytes).with_context(|| format!("{source}: not UTF-8"))?;
-            let path = path.canonicalize().with_context(|| source.clone())?;
-            models.push(Model {
-                path: path.display().to_string(),
-                xxh3: model.xxh3.0,
-                morphology: Morphology::parse(&source, &text)?,
-            });
-        }
-        let manifest = run.manifest().cells.clone();
+        let plan = Plan::written(&run.experiment_path(), run.experiment())?;
+        let manifest = run.manifest();
+        let model = |(index, listed): (usize, &store::Model)| -> anyhow::Result<Model> {
+            Ok(Model { xxh3: listed.xxh3.0, morphology: models::read(&run, index)? })
+        };
+        let models: Vec<_> =
+            manifest.models.iter().enumerate().map(model).collect::<Result<_, _>>()?;
+        let paths = models::paths(&run);
         let mut cells = Vec::new();
-        for (cell, listed) in plan.cells().iter().zip(&manifest) {
-            let path = &cell.experiment.model;
-            let Some(model) = models.iter().position(|model| model.path == *path) else {
-                bail!(
-                    "{}: model {path} isn't among those of manifest.json",
-                    run.folder().display()
-                );
-            };
+        for (cell, listed) in plan.cells().iter().zip(&manifest.cells) {
+            let model = models::index(&paths, &cell.experiment)
+                .with_context(|| run.folder().display().to_string())?;
             let identity = identity(cell, models[model].xxh3);
             cells.push(LabCell { cell: cell.clone(), folder: run.cell(listed), identity, model });
         }
         let same = |cell: &LabCell, listed: &store::Cell| {
             (&cell.cell.setting, cell.cell.seed) == (&listed.setting, listed.seed)
         };
-        let fits = plan.cells().len() == manifest.len();
-        if !fits || !cells.iter().zip(&manifest).all(|(cell, listed)| same(cell, listed)) {
+        let fits = plan.cells().len() == manifest.cells.len();
+        if !fits || !cells.iter().zip(&manifest.cells).all(|(cell, listed)| same(cell, listed)) {
             bail!(
                 "{}: manifest.json lists other cells than experiment.toml has",
                 run.folder().display()
@@ -159,24 +146,12 @@ impl Lab {
     }
 }
 
-/// More updates are written into the run; fewer are refused.
-fn extend(run: &mut Run, experiment: &str) -> anyhow::Result<()> {
-    let updates = |text: &str| -> anyhow::Result<Option<i64>> {
-        let table: Table = toml::from_str(text)?;
-        Ok(table.get("learning").and_then(|l| l.get("updates")).and_then(Value::as_integer))
-    };
-    let (there, here) = (updates(run.experiment())?, updates(experiment)?);
-    if here > there {
-        run.extend(experiment)?;
-    } else if here < there {
-        bail!(
-            "{}: learning.updates: {} there, {} here: a run can be extended, not cut short",
-            run.folder().display(),
-            there.unwrap_or_default(),
-            here.unwrap_or_default()
-        );
-    }
-    Ok(())
+/// That the models of a plan can be read.
+///
+/// # Errors
+/// All that is wrong with them.
+pub fn check_models(plan: &Plan) -> anyhow::Result<()> {
+    model_files(plan).map(drop)
 }
 
 struct ModelFile {
@@ -189,32 +164,19 @@ struct ModelFile {
 
 /// The model files of a plan, each once, with all problems at once.
 fn model_files(plan: &Plan) -> anyhow::Result<Vec<ModelFile>> {
-    let mut files: Vec<ModelFile> = Vec::new();
+    let mut known = BTreeSet::new();
+    let paths = plan.cells().iter().map(|cell| &cell.experiment.model);
+    let mut files = Vec::new();
     let mut problems = Vec::new();
-    for cell in plan.cells() {
-        let path = &cell.experiment.model;
-        if files.iter().any(|file| file.path == *path) {
-            continue;
-        }
+    for path in paths.filter(|path| known.insert(*path)) {
         if let Err(found) = Morphology::open(Path::new(path)) {
             problems.extend(Vec::from(found));
+            continue;
         }
-        let bytes = if problems.is_empty() {
-            fs::read(path).with_context(|| format!("{path}: reading"))?
-        } else {
-            Vec::new()
-        };
-        let path_of = PathBuf::from(path);
-        let stem = path_of.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let taken = |name: &str| files.iter().any(|file| file.name == name);
-        let mut name = format!("{stem}.toml");
-        for number in 2.. {
-            if !taken(&name) {
-                break;
-            }
-            name = format!("{stem}-{number}.toml");
-        }
-        files.push(ModelFile { path: path.clone(), name, bytes });
+        let bytes = fs::read(path).with_context(|| format!("{path}: reading"))?;
+        // Stems differ, or cells would share a folder.
+        let stem = Path::new(path).file_stem().unwrap_or_default().to_string_lossy();
+        files.push(ModelFile { path: path.clone(), name: format!("{stem}.toml"), bytes });
     }
     if problems.is_empty() { Ok(files) } else { Err(Problems::new(problems).into()) }
 }
@@ -234,23 +196,33 @@ fn check_settings(plan: &Plan) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The plan's text with models as the run folder has them.
-fn in_folder(plan: &Plan, files: &[ModelFile]) -> anyhow::Result<String> {
-    let mut table: Table = toml::from_str(&plan.to_toml())?;
-    let rename = |value: &mut Value| {
-        let file = files.iter().find(|file| value.as_str() == Some(&file.path));
-        if let Some(file) = file {
-            *value = format!("{MODELS}/{}", file.name).into();
-        }
+/// The plan's text for a run folder that has these models: paths of the plan, names in the folder.
+/// It has been read again, and gives the same cells.
+fn written(plan: &Plan, models: &[(&str, &str)], folder: &Path) -> anyhow::Result<String> {
+    let copy = |path: &str| {
+        let found = models.iter().find(|(known, _)| *known == path);
+        found.map_or(path.to_owned(), |(_, name)| format!("{}/{name}", models::FOLDER))
     };
-    if let Some(model) = table.get_mut("model") {
-        rename(model);
+    let text = plan.to_toml_with(copy);
+    let again = Plan::written(&folder.join("experiment.toml"), &text);
+    let same = |(cell, again): (&Cell, &Cell)| {
+        let model = absolute(&folder.join(copy(&cell.experiment.model)));
+        let experiment = Experiment { model, ..cell.experiment.clone() };
+        *again == Cell { experiment, ..cell.clone() }
+    };
+    let cells = plan.cells();
+    match again {
+        Ok(again)
+            if again.cells().len() == cells.len() && cells.iter().zip(again.cells()).all(same) =>
+        {
+            Ok(text)
+        }
+        _ => bail!(
+            "{}: nothing was written, since read again it would be another experiment; that's a \
+             mistake in itarl: please report it, with the experiment file",
+            folder.display()
+        ),
     }
-    let swept = table.get_mut("sweep").and_then(|sweep| sweep.get_mut("model"));
-    if let Some(Value::Array(models)) = swept {
-        models.iter_mut().for_each(rename);
-    }
-    Ok(table.to_string())
 }
 
 /// Of setting, seed, model and all settings, wherever the run is and however far it goes.

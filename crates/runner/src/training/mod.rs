@@ -6,7 +6,7 @@ mod pool;
 mod stop;
 
 pub use cell::Ending;
-pub use lab::{Lab, LabCell, this_bullet};
+pub use lab::{Lab, LabCell, check_models, this_bullet};
 pub use pool::{Observer, Trained, train_all};
 pub use stop::Stop;
 

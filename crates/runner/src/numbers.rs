@@ -1,0 +1,18 @@
+//! Numbers as people read them.
+
+/// With a comma between thousands: `4,500,000`.
+pub(crate) fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let groups = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy);
+    groups.collect::<Vec<_>>().join(",")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_are_grouped() {
+        assert_eq!([0, 999, 1000, 4_500_000].map(grouped), ["0", "999", "1,000", "4,500,000"]);
+    }
+}
