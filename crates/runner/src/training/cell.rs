@@ -7,7 +7,7 @@ use super::{Lab, LabCell, Limits, Observer};
 use crate::{
     experiment::{ControlSettings, PhysicsSettings},
     session::{self, Session},
-    store::{CellFolder, OpenCell, Recording, Snapshot, atomic},
+    store::{self, CellFolder, OpenCell, Recording, Snapshot, atomic},
 };
 
 /// How a cell's training ended in this call.
@@ -17,6 +17,8 @@ pub enum Ending {
     Done,
     /// It stands at a checkpoint, to be gone on from.
     Stopped,
+    /// Another process is at it.
+    Elsewhere,
     /// It blew up, now or before, for this reason.
     Failed(String),
     /// Its files can't be read or written. It can be gone on with once they can.
@@ -28,10 +30,21 @@ pub(super) struct Trainee<'a> {
     pub(super) cell: &'a LabCell,
     pub(super) session: Session,
     open: OpenCell,
-    /// Updates at the last checkpoint, at the end of this call, and in all.
+    /// Control steps at the last checkpoint.
     saved: u64,
+    /// Updates at the end of this call, and in all.
     last: u64,
     target: u64,
+}
+
+/// What becomes of a cell that shall be begun.
+pub(super) enum Begun<'a> {
+    /// It's at work.
+    Trainee(Box<Trainee<'a>>),
+    /// There's nothing to do for this process.
+    Over(Ending),
+    /// There's no room for its files now: it's as it was.
+    Crowded(anyhow::Error),
 }
 
 /// What cells must share to be stepped together.
@@ -51,20 +64,25 @@ impl<'a> Build<'a> {
 }
 
 impl<'a> Trainee<'a> {
-    /// A cell opened for work; or its ending, if there is nothing to do.
+    /// A cell opened for work, if there is any.
     pub(super) fn begin(
         lab: &Lab,
         cell: &'a LabCell,
         limits: Limits,
         observer: &dyn Observer,
-    ) -> Result<Self, Ending> {
-        match Self::open(lab, cell, limits) {
-            Err(error) => Err(Ending::Broken(error)),
-            Ok(Err(ending)) => Err(ending),
+    ) -> Begun<'a> {
+        let error = match Self::open(lab, cell, limits) {
             Ok(Ok(trainee)) => {
-                observer.begin(cell, trainee.session.updates());
-                Ok(trainee)
+                observer.begin(cell, trainee.session.control_steps());
+                return Begun::Trainee(trainee.into());
             }
+            Ok(Err(ending)) => return Begun::Over(ending),
+            Err(error) => error,
+        };
+        match error.downcast_ref() {
+            Some(store::Error::Locked { .. }) => Begun::Over(Ending::Elsewhere),
+            Some(lack) if lack.is_lack_of_files() => Begun::Crowded(error),
+            _ => Begun::Over(Ending::Broken(error)),
         }
     }
 
@@ -81,17 +99,18 @@ impl<'a> Trainee<'a> {
             let path = cell.folder.checkpoint();
             session.restore(checkpoint).with_context(|| path.display().to_string())?;
         }
-        let saved = session.updates();
         let target = settings.learning.updates;
-        if saved >= target {
+        if session.updates() >= target {
             // A process killed right after the last checkpoint left the exports of the one before.
             open.export(&session.policy_file()?, &session.recording().encode()?)?;
             return Ok(Err(Ending::Done));
         }
-        let last = limits.stop_after.map_or(target, |n| target.min(saved.saturating_add(n)));
-        if saved == last {
+        let last =
+            limits.stop_after.map_or(target, |n| target.min(session.updates().saturating_add(n)));
+        if session.updates() == last {
             return Ok(Err(Ending::Stopped));
         }
+        let saved = session.control_steps();
         Ok(Ok(Self { cell, session, open, saved, last, target }))
     }
 
@@ -126,7 +145,7 @@ impl<'a> Trainee<'a> {
         Ok(is_last.then(|| self.stopped()))
     }
 
-    /// Stops it where it stands, between two updates.
+    /// Stops it where it stands, between two control steps.
     pub(super) fn stop(&mut self) -> Ending {
         match self.save() {
             Ok(()) => self.stopped(),
@@ -140,7 +159,8 @@ impl<'a> Trainee<'a> {
 
     fn save(&mut self) -> anyhow::Result<()> {
         let session = &mut self.session;
-        if session.updates() == self.saved {
+        // While it settles, too.
+        if session.control_steps() == self.saved {
             return Ok(());
         }
         let recording = session.recording().encode()?;
@@ -151,7 +171,7 @@ impl<'a> Trainee<'a> {
             policy: &session.policy_file()?,
             replay: &recording,
         })?;
-        self.saved = session.updates();
+        self.saved = session.control_steps();
         Ok(())
     }
 
