@@ -285,7 +285,7 @@ impl Observer for Lines {
         }
         let how = match ending {
             Ending::Done => "done",
-            Ending::Stopped => "stopped",
+            Ending::Stopped | Ending::Crowded(_) => "stopped",
             Ending::Elsewhere => "elsewhere",
             Ending::Failed(_) => "failed",
             Ending::Broken(_) => "broken",

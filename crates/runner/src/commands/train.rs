@@ -71,13 +71,15 @@ fn train_cells(lab: &Lab, cells: &[&LabCell], how: &How) -> anyhow::Result<Outco
     warn(&trained.counts);
     if let Some(error) = &trained.crowded {
         tell(format_args!(
-            "note: fewer cells were trained at a time than there's room for in lanes: {error:#}: \
-             the limit on open files is ulimit -n"
+            "note: fewer cells were at work at a time than could be: {error:#}{ADVICE}"
         ));
     }
     let folders = cells.iter().map(|cell| cell.folder.path());
     report(lab, &folders.zip(&trained.endings).collect::<Vec<_>>())
 }
+
+/// For whoever has too few open files.
+const ADVICE: &str = ": ulimit -n has the limit of a process, fs.file-max that of the system";
 
 /// Says so if lanes were little used, which nobody would see otherwise.
 fn warn(counts: &LockstepCounts) {
@@ -104,6 +106,10 @@ fn report(lab: &Lab, endings: &[(&Path, &Ending)]) -> anyhow::Result<Outcome> {
             Ending::Done => {}
             Ending::Stopped => n_stopped += 1,
             Ending::Elsewhere => n_elsewhere += 1,
+            Ending::Crowded(error) => {
+                n_stopped += 1;
+                tell(format_args!("{error:#}{ADVICE}"));
+            }
             Ending::Failed(reason) => {
                 n_failed += 1;
                 tell(format_args!("{}: failed: {reason}", folder.display()));

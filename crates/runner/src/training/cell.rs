@@ -19,10 +19,24 @@ pub enum Ending {
     Stopped,
     /// Another process is at it.
     Elsewhere,
+    /// There was no room for its files. It's as it was, or stands at its last checkpoint, to be gone
+    /// on from once there is.
+    Crowded(anyhow::Error),
     /// It blew up, now or before, for this reason.
     Failed(String),
     /// Its files can't be read or written. It can be gone on with once they can.
     Broken(anyhow::Error),
+}
+
+impl Ending {
+    /// Of a cell whose files couldn't be had.
+    fn of(error: anyhow::Error) -> Self {
+        match error.downcast_ref() {
+            Some(store::Error::Locked { .. }) => Self::Elsewhere,
+            Some(lack) if lack.is_lack_of_files() => Self::Crowded(error),
+            _ => Self::Broken(error),
+        }
+    }
 }
 
 /// A cell at work. What it learned is in its folder at every checkpoint.
@@ -35,16 +49,6 @@ pub(super) struct Trainee<'a> {
     /// Updates at the end of this call, and in all.
     last: u64,
     target: u64,
-}
-
-/// What becomes of a cell that shall be begun.
-pub(super) enum Begun<'a> {
-    /// It's at work.
-    Trainee(Box<Trainee<'a>>),
-    /// There's nothing to do for this process.
-    Over(Ending),
-    /// There's no room for its files now: it's as it was.
-    Crowded(anyhow::Error),
 }
 
 /// What cells must share to be stepped together.
@@ -64,26 +68,16 @@ impl<'a> Build<'a> {
 }
 
 impl<'a> Trainee<'a> {
-    /// A cell opened for work, if there is any.
+    /// A cell opened for work; or its ending, if there is nothing to do.
     pub(super) fn begin(
         lab: &Lab,
         cell: &'a LabCell,
         limits: Limits,
         observer: &dyn Observer,
-    ) -> Begun<'a> {
-        let error = match Self::open(lab, cell, limits) {
-            Ok(Ok(trainee)) => {
-                observer.begin(cell, trainee.session.control_steps());
-                return Begun::Trainee(trainee.into());
-            }
-            Ok(Err(ending)) => return Begun::Over(ending),
-            Err(error) => error,
-        };
-        match error.downcast_ref() {
-            Some(store::Error::Locked { .. }) => Begun::Over(Ending::Elsewhere),
-            Some(lack) if lack.is_lack_of_files() => Begun::Crowded(error),
-            _ => Begun::Over(Ending::Broken(error)),
-        }
+    ) -> Result<Self, Ending> {
+        let trainee = Self::open(lab, cell, limits).map_err(Ending::of)??;
+        observer.begin(cell, trainee.session.control_steps());
+        Ok(trainee)
     }
 
     fn open(lab: &Lab, cell: &'a LabCell, limits: Limits) -> anyhow::Result<Result<Self, Ending>> {
@@ -126,7 +120,7 @@ impl<'a> Trainee<'a> {
             Ok(()) if self.session.is_to_learn() => self.learn(observer),
             Ok(()) => return None,
         };
-        ending.unwrap_or_else(|error| Some(Ending::Broken(error)))
+        ending.unwrap_or_else(|error| Some(Ending::of(error)))
     }
 
     fn learn(&mut self, observer: &dyn Observer) -> anyhow::Result<Option<Ending>> {
@@ -149,7 +143,7 @@ impl<'a> Trainee<'a> {
     pub(super) fn stop(&mut self) -> Ending {
         match self.save() {
             Ok(()) => self.stopped(),
-            Err(error) => Ending::Broken(error),
+            Err(error) => Ending::of(error),
         }
     }
 

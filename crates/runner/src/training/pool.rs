@@ -15,7 +15,7 @@ use bullet::LockstepCounts;
 
 use super::{
     Ending, How, Lab, LabCell, SolverKind, Stop,
-    cell::{Begun, Build, Trainee},
+    cell::{Build, Trainee},
     room::Room,
 };
 use crate::{
@@ -165,7 +165,7 @@ struct Shared<'a> {
 /// A cell in a crew, with its index.
 struct Member<'a> {
     index: usize,
-    trainee: Box<Trainee<'a>>,
+    trainee: Trainee<'a>,
 }
 
 struct Crew<'a, 'b> {
@@ -212,12 +212,12 @@ impl Crew<'_, '_> {
             let Some(index) = shared.waiting.remove(place) else { break };
             drop(shared);
             match Trainee::begin(lab, cells[index], how.limits, observer) {
-                Begun::Trainee(trainee) => self.members.push(Member { index, trainee }),
-                Begun::Over(ending) => self.pool.end(index, ending),
-                Begun::Crowded(error) => {
+                Ok(trainee) => self.members.push(Member { index, trainee }),
+                Err(Ending::Crowded(error)) => {
                     self.shrink(index, error);
                     break;
                 }
+                Err(ending) => self.pool.end(index, ending),
             }
         }
     }
