@@ -8,7 +8,7 @@ use std::{
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
     thread,
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use common::*;
@@ -35,6 +35,18 @@ fn start_with(how: &str, signal: &str, words: &[&str]) -> Child {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap()
+}
+
+/// Waits for the end of one that was asked to stop, and not for ever.
+fn stopping(mut child: Child) -> Said {
+    let asked = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if asked.elapsed() > Duration::from_secs(30) {
+            child.kill().unwrap();
+        }
+        thread::sleep(Duration::from_millis(2));
+    }
+    end(child)
 }
 
 fn cell(run: &Path) -> PathBuf {
@@ -67,7 +79,7 @@ fn asked_to_stop_it_saves_all_and_goes_on() {
         wait_until(|| n_rows(&run) > 2);
         signal(&child, name);
         let next = format!("to go on: itarl resume {}", run.display());
-        end(child).ends(STOPPED).prints(&[&next]);
+        stopping(child).ends(STOPPED).prints(&[&next]);
         for file in ["checkpoint", "policy.safetensors", "replay.safetensors"] {
             assert!(cell(&run).join(file).exists(), "{file}");
         }
@@ -92,7 +104,7 @@ fn stopped_within_updates_it_ends_with_the_same_bytes() {
         let child = start(&train_words(&run, &words));
         thread::sleep(Duration::from_millis(100 + 60 * attempt));
         signal(&child, "TERM");
-        let said = end(child);
+        let said = stopping(child);
         match said.code {
             Some(DONE) => break,
             // Asked before it could be told: it hadn't begun.
@@ -117,7 +129,7 @@ fn an_endless_update_is_left_and_gone_on_with() {
         wait_until(|| cell(&run).join("metrics.csv").exists());
         thread::sleep(Duration::from_millis(500 * (attempt + 1)));
         signal(&child, "TERM");
-        end(child).ends(STOPPED).prints(&["0 of 4 cells done, 4 to go on"]);
+        stopping(child).ends(STOPPED).prints(&["0 of 4 cells done, 4 to go on"]);
         let said = itarl(&["status", text(&run)]).ends(DONE).prints(&["4 stopped"]);
         assert!(said.out.contains(" 0/30 "), "{said:?}");
         let (updates, control_steps) = progress(&run).unwrap();
@@ -136,7 +148,7 @@ fn a_robot_that_settles_is_left_and_begun_again() {
     let child = start(&train_words(&run, &words));
     wait_until(|| cell(&run).join("metrics.csv").exists());
     signal(&child, "TERM");
-    end(child).ends(STOPPED).prints(&["0 of 4 cells done, 4 to go on"]);
+    stopping(child).ends(STOPPED).prints(&["0 of 4 cells done, 4 to go on"]);
     itarl(&["status", text(&run)]).ends(DONE).prints(&["4 cells: 4 waiting"]);
 }
 
@@ -152,7 +164,7 @@ fn two_signals_right_after_each_other_are_one_wish() {
         // It may have ended before the second one.
         let kill = format!("kill -{second} {} 2>/dev/null", child.id());
         let _ = Command::new("sh").args(["-c", &kill]).status().unwrap();
-        end(child).ends(STOPPED);
+        stopping(child).ends(STOPPED);
     }
 }
 
@@ -174,7 +186,7 @@ fn a_second_signal_later_ends_it_at_once() {
         thread::sleep(Duration::from_millis(1200));
         assert!(child.try_wait().unwrap().is_none(), "its control step isn't over");
         signal(&child, name);
-        end(child).ends(code);
+        stopping(child).ends(code);
     }
 }
 
@@ -182,7 +194,7 @@ fn a_second_signal_later_ends_it_at_once() {
 fn under_nohup_a_closed_terminal_is_no_wish_to_stop() {
     let folder = tempfile::tempdir().unwrap();
     let run = folder.path().join("run");
-    let words = sets(&["learning.updates=600"]);
+    let words = sets(&["learning.updates=120"]);
     let child = start_with("ignore", "HUP", &train_words(&run, &words));
     wait_until(|| n_rows(&run) > 2);
     signal(&child, "HUP");

@@ -70,9 +70,7 @@ fn train_cells(lab: &Lab, cells: &[&LabCell], how: &How) -> anyhow::Result<Outco
     let trained = trained?;
     warn(&trained.counts);
     if let Some(error) = &trained.crowded {
-        tell(format_args!(
-            "note: fewer cells were at work at a time than could be: {error:#}{ADVICE}"
-        ));
+        tell(format_args!("note: fewer cells were trained at a time: {error:#}{ADVICE}"));
     }
     let folders = cells.iter().map(|cell| cell.folder.path());
     report(lab, &folders.zip(&trained.endings).collect::<Vec<_>>())

@@ -40,8 +40,7 @@ pub struct Trained {
     pub endings: Vec<Ending>,
     /// What became of the steps in lanes, all threads together.
     pub counts: LockstepCounts,
-    /// Why fewer cells were trained at a time than there were lanes for, if the system had no more
-    /// files for them.
+    /// Why a cell couldn't be begun when its turn came, if the system had no files for it.
     pub crowded: Option<anyhow::Error>,
 }
 
@@ -57,23 +56,23 @@ pub fn train_all(
     stop: &Stop,
     observer: &dyn Observer,
 ) -> anyhow::Result<Trained> {
-    let mut trained = train_once(lab, cells, how, stop, observer)?;
-    let mut elsewhere = trained.elsewhere();
-    while !elsewhere.is_empty() && !stop.is_wished() {
-        let left: Vec<_> = elsewhere.iter().map(|&index| cells[index]).collect();
-        let again = train_once(lab, &left, how, stop, observer)?;
-        add(&mut trained.counts, &again.counts);
-        trained.crowded = trained.crowded.or(again.crowded);
-        for (&index, ending) in elsewhere.iter().zip(again.endings) {
+    let endings = cells.iter().map(|_| Ending::Elsewhere).collect();
+    let mut trained = Trained { endings, counts: LockstepCounts::default(), crowded: None };
+    loop {
+        let left = trained.elsewhere();
+        let these: Vec<_> = left.iter().map(|&index| cells[index]).collect();
+        let round = train_once(lab, &these, how, stop, observer)?;
+        add(&mut trained.counts, &round.counts);
+        trained.crowded = trained.crowded.or(round.crowded);
+        for (&index, ending) in left.iter().zip(round.endings) {
             trained.endings[index] = ending;
         }
-        let still = trained.elsewhere();
-        if still.len() == elsewhere.len() {
-            break;
+        let n_elsewhere = trained.elsewhere().len();
+        // If all of them still are, there was nothing to do meanwhile.
+        if n_elsewhere == 0 || n_elsewhere == left.len() || stop.is_wished() {
+            return Ok(trained);
         }
-        elsewhere = still;
     }
-    Ok(trained)
 }
 
 impl Trained {

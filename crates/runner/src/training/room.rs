@@ -6,7 +6,7 @@ use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
 /// Files of a cell at work: its lock and its metrics.
 const PER_CELL: usize = 2;
-/// More of them while a thread reads or writes a cell's files: one beside the folder that it's in.
+/// At most that many more while a thread reads or writes a cell's files.
 const PER_THREAD: usize = 3;
 /// For whatever else the process and its libraries may open.
 const SPARE: usize = 8;
