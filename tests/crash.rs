@@ -1,5 +1,4 @@
-//! Killed at any moment, it goes on and ends with the same bytes; asked to stop, it stops with all
-//! saved.
+//! Killed at any moment, it goes on and ends with the same bytes.
 //!
 //! `CRASHES` is how many kills must hit, 12 by default.
 #![allow(clippy::unwrap_used, missing_docs)]
@@ -22,9 +21,6 @@ use rand_chacha::{
 
 /// A second of work, most of it the disk's: 30 checkpoints a cell.
 const LONGER: [&str; 2] = ["--set", "learning.updates=120"];
-
-/// Updates of a second each.
-const SLOW: [&str; 2] = ["--set", "learning.steps_per_update=20000"];
 
 /// The longest time to a kill, as a share of the time that all of it takes: it takes several.
 const LONGEST: f64 = 0.4;
@@ -88,52 +84,6 @@ fn without_leftovers(run: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut files = results(run);
     files.retain(|name, _| !name.ends_with(".tmp"));
     files
-}
-
-#[test]
-fn asked_to_stop_it_saves_all_and_goes_on() {
-    // No checkpoint is due before the end: what is saved is saved by the stop.
-    let sets = ["learning.updates=600", "checkpoint.every=1000"];
-    let words: Vec<_> =
-        sets.iter().flat_map(|it| ["--set", it]).chain(["--threads", "1"]).collect();
-    let folder = tempfile::tempdir().unwrap();
-    let through = folder.path().join("through");
-    train(&through, &words).ends(DONE);
-    for name in ["TERM", "INT"] {
-        let run = folder.path().join(name);
-        let child = start(&train_words(&run, &words));
-        let metrics = run.join("cells/xi=0.75/seed=1/metrics.csv");
-        let n_rows = || fs::read_to_string(&metrics).map_or(0, |it| it.lines().skip(1).count());
-        wait_until(|| n_rows() > 2);
-        signal(&child, name);
-        let next = format!("to go on: itarl resume {}", run.display());
-        end(child).ends(STOPPED).prints(&[&next]);
-        for file in ["checkpoint", "policy.safetensors", "replay.safetensors"] {
-            assert!(metrics.with_file_name(file).exists(), "{file}");
-        }
-        let said = itarl(&["status", text(&run)]).ends(DONE);
-        let row = said.out.lines().find(|line| line.starts_with("|    0 ")).unwrap();
-        assert!(row.contains(&format!(" {}/600 ", n_rows())), "all rows are saved: {row}");
-        itarl(&["resume", text(&run)]).ends(DONE);
-        assert_same(&results(&run), &results(&through));
-    }
-}
-
-#[test]
-fn the_second_interrupt_ends_it_at_once() {
-    for (name, code) in [("INT", 130), ("TERM", 143)] {
-        let folder = tempfile::tempdir().unwrap();
-        let run = folder.path().join("run");
-        let mut child = start(&train_words(&run, &SLOW));
-        let metrics = run.join("cells/xi=0.75/seed=1/metrics.csv");
-        // It has just begun its second update.
-        wait_until(|| fs::read_to_string(&metrics).is_ok_and(|it| it.lines().count() > 1));
-        signal(&child, name);
-        thread::sleep(Duration::from_millis(50));
-        assert!(child.try_wait().unwrap().is_none(), "its update isn't over");
-        signal(&child, name);
-        end(child).ends(code);
-    }
 }
 
 /// The last checkpoint is there, and the exports are those of the one before.

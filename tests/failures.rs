@@ -5,9 +5,10 @@ mod common;
 
 use std::{
     collections::BTreeMap,
-    fs,
+    fs::{self, File},
     os::unix::fs::symlink,
     path::{Path, PathBuf},
+    process::{Command, Stdio},
     thread,
 };
 
@@ -197,13 +198,110 @@ fn a_cell_belongs_to_one_process_at_a_time() {
     let mut first = start(&words);
     let cell = run.join("cells/xi=1/seed=1");
     wait_until(|| cell.join("metrics.csv").exists());
-    let busy = format!("{}: another process is at work in this folder", cell.display());
-    itarl(&words).ends(FAILED).complains(&[&busy]);
+    let said = itarl(&words).ends(STOPPED).prints(&["0 of 1 cells done, 1 elsewhere"]);
+    said.complains(&["xi=1/seed=1: elsewhere"]);
     itarl(&["status", text(&run)]).ends(DONE).prints(&["1 running", "3 waiting"]);
     first.kill().unwrap();
     first.wait().unwrap();
     // The lock ended with the process.
     itarl(&["status", text(&run)]).ends(DONE).prints(&["4 waiting"]);
+}
+
+/// A run that isn't begun, and the lock of its first cell, held as by another process.
+fn held() -> (TempDir, PathBuf, PathBuf, File) {
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path().join("run");
+    train(&run, &["--stop-after", "0"]).ends(STOPPED);
+    let first = run.join("cells/xi=0.75/seed=1");
+    let lock = File::create(first.join("lock")).unwrap();
+    lock.lock().unwrap();
+    (folder, run, first, lock)
+}
+
+#[test]
+fn a_cell_that_is_elsewhere_is_left_and_the_others_are_done() {
+    let (_folder, run, first, lock) = held();
+    let before = tree(&first);
+    let said = itarl(&["resume", text(&run)]).ends(STOPPED);
+    said.prints(&["3 of 4 cells done, 1 elsewhere"]);
+    assert_same(&tree(&first), &before);
+    itarl(&["status", text(&run)]).ends(DONE).prints(&["3 done, 1 running"]);
+    drop(lock);
+    itarl(&["resume", text(&run)]).ends(DONE).prints(&["4 of 4 cells done"]);
+    assert_same(&results(&run), &through());
+}
+
+/// Left by the other process, as it was or done, while the others are at work.
+#[test]
+fn a_cell_that_was_elsewhere_is_looked_at_again() {
+    let through = through();
+    for done_by_the_other in [false, true] {
+        let (_folder, run, first, lock) = held();
+        let words = ["resume", text(&run), "--threads", "1", "--lanes", "1"];
+        let child = start(&words);
+        wait_until(|| {
+            let next = fs::read_to_string(run.join("cells/xi=0.75/seed=2/metrics.csv"));
+            next.is_ok_and(|it| it.lines().count() > 1)
+        });
+        if done_by_the_other {
+            for (name, bytes) in &through {
+                if let Some(name) = name.strip_prefix("xi=0.75/seed=1/") {
+                    fs::write(first.join(name), bytes).unwrap();
+                }
+            }
+        }
+        drop(lock);
+        let said = end(child).ends(DONE).prints(&["4 of 4 cells done"]);
+        said.complains(&["xi=0.75/seed=1: elsewhere", "xi=0.75/seed=1: done"]);
+        assert_same(&results(&run), &through);
+    }
+}
+
+/// Runs it with a limit on open files, as `ulimit` sets it.
+fn with_files(limit: &str, words: &[&str]) -> Said {
+    let shell = format!("ulimit {limit}; exec \"$0\" \"$@\"");
+    let mut command = Command::new("sh");
+    command.args(["-c", &shell, env!("CARGO_BIN_EXE_itarl")]).args(words).current_dir(root());
+    Said::of(command.stdin(Stdio::null()).output().unwrap())
+}
+
+/// Forty cells, wanted all at once.
+const MANY: [&str; 8] =
+    ["--set", "sweep.seeds=20", "--set", "learning.updates=3", "--threads", "3", "--lanes", "16"];
+
+#[test]
+fn few_open_files_mean_fewer_cells_at_a_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let through = folder.path().join("through");
+    train(&through, &MANY).ends(DONE);
+    // Hard limits; then a soft one, which is raised.
+    for (n, limit) in ["-n 64", "-n 20", "-n 12", "-Sn 12"].into_iter().enumerate() {
+        let run = folder.path().join(format!("run {n}"));
+        let said = with_files(limit, &train_words(&run, &MANY)).ends(DONE);
+        let said = said.prints(&["40 of 40 cells done\n"]);
+        assert!(!said.err.contains("Too many open files"), "{limit}: {said:?}");
+        itarl(&["status", text(&run)]).ends(DONE).prints(&["40 cells: 40 done"]);
+        assert_same(&results(&run), &results(&through));
+    }
+}
+
+/// With fewer than a single cell takes, to begin it or to save it, none is broken: they're gone on
+/// with later.
+#[test]
+fn too_few_open_files_break_no_cell() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path().join("run");
+    train(&run, &["--stop-after", "4"]).ends(STOPPED);
+    let saved = fs::read(run.join("cells/xi=1/seed=1/checkpoint")).unwrap();
+    for limit in ["-n 6", "-n 7"] {
+        let said = with_files(limit, &["resume", text(&run)]).ends(STOPPED);
+        said.complains(&["Too many open files", "ulimit -n"])
+            .prints(&["0 of 4 cells done, 4 to go on"]);
+        assert!(fs::read(run.join("cells/xi=1/seed=1/checkpoint")).unwrap() == saved);
+        itarl(&["status", text(&run)]).ends(DONE).prints(&["4 cells: 4 stopped"]);
+    }
+    itarl(&["resume", text(&run)]).ends(DONE);
+    assert_same(&results(&run), &through());
 }
 
 #[test]

@@ -35,7 +35,7 @@ pub(crate) struct Said {
 }
 
 impl Said {
-    fn of(output: Output) -> Self {
+    pub(crate) fn of(output: Output) -> Self {
         let text = |bytes| String::from_utf8(bytes).unwrap();
         Self { code: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
     }
@@ -112,7 +112,7 @@ pub(crate) fn wait_until(mut it: impl FnMut() -> bool) {
     }
 }
 
-/// `TERM` or `INT`, as a shell sends it.
+/// `TERM`, `INT` and others, as a shell sends them.
 pub(crate) fn signal(child: &Child, name: &str) {
     let kill = format!("kill -{name} {}", child.id());
     let status: ExitStatus = Command::new("sh").args(["-c", &kill]).status().unwrap();

@@ -18,7 +18,8 @@ pub struct Cli {
 
 const EXIT_CODES: &str = "\
 Exit codes: 0 done; 1 failed (a mistake in a file, a write that failed, a cell that blew up);
-            2 usage; 75 stopped at a checkpoint, `itarl resume` goes on
+            2 usage; 75 stopped at a checkpoint, `itarl resume` goes on, or cells are left that
+            another process is at
 
 Example:
   itarl train experiments/quick.toml --out runs/quick
@@ -31,8 +32,8 @@ pub enum Command {
     #[command(after_help = "Example:
   itarl train experiments/quick.toml --set reward.mix.power=1 --out runs/power-1
 
-Ctrl-C stops after the current update of each cell, with all saved (exit code 75); a second one at
-once. The same command, or `itarl resume`, goes on.")]
+Ctrl-C, SIGTERM, SIGHUP or SIGUSR1 stop it at the next control step, with all saved (exit code 75);
+a second one, after a second or more, at once. The same command, or `itarl resume`, goes on.")]
     Train(Train),
     /// Go on with a run that was stopped or killed
     #[command(after_help = "Examples:
@@ -44,7 +45,8 @@ once. The same command, or `itarl resume`, goes on.")]
   itarl train experiments/figure2.toml --list
   itarl cell experiments/figure2.toml --index 17 --out /shared/figure2
 
-Several of these may share the folder: the first makes it, the others compare.")]
+Several of these may share the folder: the first makes it, the others compare. A cell that another
+process is at is left to it (exit code 75).")]
     Cell(Cell),
     /// Show where each cell of a run stands, also while it runs
     #[command(after_help = "Example:

@@ -3,11 +3,11 @@
 use std::{
     collections::BTreeMap,
     io::{IsTerminal, Write, stderr},
-    sync::{Mutex, PoisonError},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::{Duration, Instant},
 };
 
-use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::{
     store::{Header, Row},
@@ -15,7 +15,7 @@ use crate::{
 };
 
 /// What the bars show; a test parses them.
-const OVERALL: &str = "{msg} {bar:30} {percent:>3} %  {per_sec} control steps/s  {eta} left";
+const OVERALL: &str = "{msg} {bar:30} {percent:>3} %  {pace}";
 const CELL: &str = "  {prefix}  {wide_msg}";
 
 const COUNTER: &str = "{msg} {bar:30} {pos}/{len}";
@@ -64,7 +64,7 @@ impl Counter {
             self.bar.set_message(format!("{}: {what}", self.name));
             return;
         }
-        let mut last = self.last_line.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut last = lock(&self.last_line);
         if last.elapsed() >= LINE_EVERY {
             *last = Instant::now();
             tell(format_args!("{}: {done} of {total} {what}", self.name));
@@ -85,31 +85,27 @@ impl Drop for Counter {
 
 /// An observer for these cells of a run.
 pub fn observer<'a>(lab: &Lab, cells: impl IntoIterator<Item = &'a LabCell>) -> Box<dyn Observer> {
-    let mut work = Work::default();
+    let mut work = Work::begin(Instant::now());
     for cell in cells {
-        let learning = &cell.cell.experiment.learning;
         let saved = Header::read(&cell.folder.checkpoint()).ok().flatten();
-        work.total += learning.updates * learning.steps_per_update;
-        work.done += saved.map_or(0, |header| header.control_steps);
-        work.n_cells += 1;
+        work.total = work.total.saturating_add(all_steps(cell));
+        work.stands(cell.cell.index, saved.map_or(0, |header| header.control_steps));
     }
     let name = lab.run().folder().display().to_string();
     match stderr().is_terminal() {
-        true => Box::new(Bars::new(&name, &work)),
+        true => Box::new(Bars::new(&name, work, ProgressDrawTarget::stderr())),
         false => Box::new(Lines::new(name, work)),
     }
 }
 
-/// In control steps.
-#[derive(Clone, Copy, Debug, Default)]
-struct Work {
-    total: u64,
-    done: u64,
-    n_cells: usize,
-}
-
 fn name(cell: &LabCell) -> String {
     cell.cell.folder().display().to_string()
+}
+
+/// Control steps that a cell is to have.
+fn all_steps(cell: &LabCell) -> u64 {
+    let learning = &cell.cell.experiment.learning;
+    learning.updates.saturating_mul(learning.steps_per_update)
 }
 
 /// `update 120/300  R 1.2e-5  R_MI 0.031 nats  R_Loc 0.0042 m`
@@ -124,57 +120,112 @@ fn values(cell: &LabCell, row: &Row) -> String {
     )
 }
 
+/// How far the cells are, in control steps.
+#[derive(Clone, Debug)]
+struct Work {
+    total: u64,
+    /// Where each cell stands, by index, and what that is together.
+    cells: BTreeMap<usize, u64>,
+    done: u64,
+    /// Made here since then: what was done before, or by others, says nothing of this pace.
+    made: u64,
+    since: Instant,
+}
+
+impl Work {
+    fn begin(since: Instant) -> Self {
+        Self { total: 0, cells: BTreeMap::new(), done: 0, made: 0, since }
+    }
+
+    /// A cell stands there, however it got there. By how many control steps that's further.
+    fn stands(&mut self, index: usize, steps: u64) -> u64 {
+        let before = self.cells.insert(index, steps).unwrap_or(0);
+        self.done = self.done.saturating_sub(before).saturating_add(steps);
+        steps.saturating_sub(before)
+    }
+
+    /// A cell got there at work.
+    fn makes(&mut self, index: usize, steps: u64) {
+        self.made += self.stands(index, steps);
+    }
+
+    /// Nothing before the first update; then `2140 control steps/s, 3 minutes left`.
+    fn pace(&self, now: Instant) -> String {
+        if self.made == 0 {
+            return String::new();
+        }
+        let rate = self.made as f64 / (now - self.since).as_secs_f64();
+        let left = self.total.saturating_sub(self.done) as f64 / rate;
+        let left = Duration::try_from_secs_f64(left).unwrap_or(Duration::MAX);
+        format!("{rate:.0} control steps/s, {} left", HumanDuration(left))
+    }
+}
+
 /// An overall bar, and a line for each cell at work.
 struct Bars {
     bars: MultiProgress,
     overall: ProgressBar,
     cells: Mutex<BTreeMap<usize, ProgressBar>>,
+    work: Arc<Mutex<Work>>,
 }
 
 impl Bars {
-    fn new(name: &str, work: &Work) -> Self {
-        let bars = MultiProgress::new();
-        let overall = bars.add(ProgressBar::new(work.total));
+    fn new(name: &str, work: Work, target: ProgressDrawTarget) -> Self {
+        let bars = MultiProgress::with_draw_target(target);
+        let overall = bars.add(ProgressBar::new(work.total).with_position(work.done));
+        let work = Arc::new(Mutex::new(work));
+        let shown = work.clone();
         let style = ProgressStyle::with_template(OVERALL);
         overall.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()).with_key(
-            "per_sec",
-            |state: &indicatif::ProgressState, out: &mut dyn std::fmt::Write| {
-                let _ = write!(out, "{:.0}", state.per_sec());
+            "pace",
+            move |_: &indicatif::ProgressState, out: &mut dyn std::fmt::Write| {
+                let _ = write!(out, "{}", lock(&shown).pace(Instant::now()));
             },
         ));
         overall.set_message(name.to_owned());
-        overall.set_position(work.done);
-        overall.reset_eta();
         overall.enable_steady_tick(Duration::from_millis(500));
-        Self { bars, overall, cells: Mutex::default() }
+        Self { bars, overall, cells: Mutex::default(), work }
     }
 
     fn cell(&self, cell: &LabCell) -> Option<ProgressBar> {
-        let cells = self.cells.lock().unwrap_or_else(PoisonError::into_inner);
-        cells.get(&cell.cell.index).cloned()
+        lock(&self.cells).get(&cell.cell.index).cloned()
+    }
+
+    /// Not with the work locked: drawing asks for it.
+    fn show(&self) {
+        let done = lock(&self.work).done;
+        self.overall.set_position(done);
     }
 }
 
 impl Observer for Bars {
-    fn begin(&self, cell: &LabCell, updates: u64) {
+    fn begin(&self, cell: &LabCell, control_steps: u64) {
+        lock(&self.work).stands(cell.cell.index, control_steps);
+        self.show();
         let line = self.bars.add(ProgressBar::no_length());
         line.set_style(
             ProgressStyle::with_template(CELL).unwrap_or_else(|_| ProgressStyle::default_bar()),
         );
         line.set_prefix(name(cell));
-        line.set_message(format!("update {updates}/{}", cell.cell.experiment.learning.updates));
-        let mut cells = self.cells.lock().unwrap_or_else(PoisonError::into_inner);
-        cells.insert(cell.cell.index, line);
+        let learning = &cell.cell.experiment.learning;
+        let updates = control_steps / learning.steps_per_update;
+        line.set_message(format!("update {updates}/{}", learning.updates));
+        lock(&self.cells).insert(cell.cell.index, line);
     }
 
     fn row(&self, cell: &LabCell, row: &Row) {
-        self.overall.inc(cell.cell.experiment.learning.steps_per_update);
+        lock(&self.work).makes(cell.cell.index, row.control_steps);
+        self.show();
         if let Some(line) = self.cell(cell) {
             line.set_message(values(cell, row));
         }
     }
 
-    fn end(&self, cell: &LabCell, _: &Ending) {
+    fn end(&self, cell: &LabCell, ending: &Ending) {
+        if matches!(ending, Ending::Done) {
+            lock(&self.work).stands(cell.cell.index, all_steps(cell));
+            self.show();
+        }
         if let Some(line) = self.cell(cell) {
             line.finish_and_clear();
         }
@@ -192,46 +243,50 @@ impl Drop for Bars {
 /// A line every few seconds, and one when a cell ends.
 struct Lines {
     name: String,
-    start: Instant,
-    at_start: u64,
+    /// With when the last line was told.
     state: Mutex<(Work, Instant)>,
 }
 
 impl Lines {
     fn new(name: String, work: Work) -> Self {
-        let now = Instant::now();
-        Self { name, start: now, at_start: work.done, state: Mutex::new((work, now)) }
+        let begin = work.since;
+        Self { name, state: Mutex::new((work, begin)) }
     }
 }
 
 impl Observer for Lines {
-    fn begin(&self, _: &LabCell, _: u64) {}
+    fn begin(&self, cell: &LabCell, control_steps: u64) {
+        lock(&self.state).0.stands(cell.cell.index, control_steps);
+    }
 
     fn row(&self, cell: &LabCell, row: &Row) {
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut state = lock(&self.state);
         let (work, last) = &mut *state;
-        work.done += cell.cell.experiment.learning.steps_per_update;
-        if last.elapsed() < LINE_EVERY {
+        work.makes(cell.cell.index, row.control_steps);
+        let now = Instant::now();
+        if now - *last < LINE_EVERY {
             return;
         }
-        *last = Instant::now();
-        let rate = (work.done - self.at_start) as f64 / self.start.elapsed().as_secs_f64();
-        let left = work.total.saturating_sub(work.done) as f64 / rate;
+        *last = now;
         tell(format_args!(
-            "{}: {:.1} % of {} cells, {rate:.0} control steps/s, {:.0} s left; {}: {}",
+            "{}: {:.1} % of {} cells, {}; {}: {}",
             self.name,
             100.0 * work.done as f64 / work.total as f64,
-            work.n_cells,
-            left,
+            work.cells.len(),
+            work.pace(now),
             name(cell),
             values(cell, row)
         ));
     }
 
     fn end(&self, cell: &LabCell, ending: &Ending) {
+        if matches!(ending, Ending::Done) {
+            lock(&self.state).0.stands(cell.cell.index, all_steps(cell));
+        }
         let how = match ending {
             Ending::Done => "done",
-            Ending::Stopped => "stopped",
+            Ending::Stopped | Ending::Crowded(_) => "stopped",
+            Ending::Elsewhere => "elsewhere",
             Ending::Failed(_) => "failed",
             Ending::Broken(_) => "broken",
         };
@@ -239,8 +294,16 @@ impl Observer for Lines {
     }
 }
 
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 #[cfg(test)]
 mod tests {
+    use std::io;
+
+    use indicatif::TermLike;
+
     use super::*;
 
     #[test]
@@ -248,5 +311,82 @@ mod tests {
         for template in [OVERALL, CELL, COUNTER] {
             ProgressStyle::with_template(template).unwrap();
         }
+    }
+
+    /// Three cells of 4,000 control steps; two of them have half.
+    fn work(since: Instant) -> Work {
+        let mut work = Work::begin(since);
+        work.total = 12_000;
+        for (index, steps) in [2_000, 2_000, 0].into_iter().enumerate() {
+            work.stands(index, steps);
+        }
+        work
+    }
+
+    #[test]
+    fn the_pace_is_of_what_was_made_here() {
+        let begin = Instant::now();
+        let mut work = work(begin);
+        let after = |work: &Work, seconds| work.pace(begin + Duration::from_secs(seconds));
+        assert_eq!(after(&work, 5), "");
+        // Another process has brought it further.
+        work.stands(1, 3_000);
+        assert_eq!(after(&work, 5), "");
+        work.makes(0, 2_500);
+        work.makes(0, 3_000);
+        assert_eq!((work.done, work.made), (6_000, 1_000));
+        assert_eq!(after(&work, 10), "100 control steps/s, 60 seconds left");
+    }
+
+    #[derive(Clone, Debug, Default)]
+    struct Screen(Arc<Mutex<String>>);
+
+    impl TermLike for Screen {
+        fn width(&self) -> u16 {
+            120
+        }
+        fn move_cursor_up(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+        fn move_cursor_down(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+        fn move_cursor_right(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+        fn move_cursor_left(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+        fn write_line(&self, text: &str) -> io::Result<()> {
+            self.write_str(text)
+        }
+        fn write_str(&self, text: &str) -> io::Result<()> {
+            lock(&self.0).push_str(text);
+            Ok(())
+        }
+        fn clear_line(&self) -> io::Result<()> {
+            lock(&self.0).clear();
+            Ok(())
+        }
+        fn flush(&self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_bar_that_goes_on_shows_no_pace_before_the_first_update() {
+        let screen = Screen::default();
+        let target = ProgressDrawTarget::term_like(Box::new(screen.clone()));
+        let bars = Bars::new("runs/quick", work(Instant::now()), target);
+        bars.overall.force_draw();
+        let shown = lock(&screen.0).clone();
+        assert!(shown.contains("runs/quick") && shown.contains(" 33 %"), "{shown}");
+        assert!(!shown.contains("control steps/s") && !shown.contains("left"), "{shown}");
+
+        lock(&bars.work).makes(2, 2_000);
+        bars.show();
+        bars.overall.force_draw();
+        let shown = lock(&screen.0).clone();
+        assert!(shown.contains(" 50 %") && shown.contains(" control steps/s, "), "{shown}");
     }
 }

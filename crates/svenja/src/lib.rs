@@ -42,6 +42,7 @@ mod build;
 mod check;
 mod describe;
 mod file;
+mod gravity;
 mod morphology;
 #[cfg(feature = "bullet")]
 mod robot;
@@ -51,6 +52,7 @@ mod shape;
 
 pub use config::Problems;
 pub use describe::Describe;
+pub use gravity::centre_of_gravity_m;
 pub use morphology::{
     AxisId, Body, Group, Heading, Joint, JointAxis, JointKind, Morphology, Servo, Spring, Stop,
 };

@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use crate::{
     AxisId, Joint, JointAxis, Morphology,
     build::{Part, add_body, bullet_axis, bullet_joint},
-    servo_velocity,
+    centre_of_gravity_m, servo_velocity,
 };
 
 /// What a robot refused, or what its world did.
@@ -87,7 +87,6 @@ pub struct Robot {
     penalised: Vec<usize>,
     heading: (usize, Vector3<f64>),
     touch_distance_m: f64,
-    total_mass_kg: f64,
     /// Buffers.
     states: Vec<BodyState>,
     /// `[3 x n_moving]`, about x, y, z, in rad.
@@ -175,7 +174,6 @@ impl Robot {
             penalised: morphology.penalised().to_vec(),
             heading: (heading.body, heading.axis.into_inner()),
             touch_distance_m: morphology.touch_distance_m(),
-            total_mass_kg: morphology.total_mass_kg(),
             states: Vec::new(),
             angles: Vec::new(),
             contact_points: Vec::new(),
@@ -320,11 +318,11 @@ impl Robot {
     /// Mass-weighted mean of all parts' positions, in m.
     #[must_use]
     pub fn centre_of_gravity_m(&self) -> Point3<f64> {
-        let mut sum = Vector3::zeros();
-        for part in &self.parts {
-            sum += Vector3::from(self.states[part.id.index()].position) * part.mass_kg;
-        }
-        (sum / self.total_mass_kg).into()
+        centre_of_gravity_m(
+            self.parts
+                .iter()
+                .map(|part| (part.mass_kg, Vector3::from(self.states[part.id.index()].position))),
+        )
     }
 
     /// The heading axis in the world, of length 1. Its x and y are the paper's d_t.

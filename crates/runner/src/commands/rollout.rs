@@ -53,15 +53,14 @@ fn header(morphology: &Morphology) -> String {
 
 fn row(step: &RolloutStep<'_>) -> String {
     let mut line = step.step.to_string();
-    let numbers = step.position_m.into_iter().chain([
-        step.advance_m,
-        step.heading_change_rad,
-        step.penalised_contacts as f64,
-    ]);
-    let numbers = numbers
-        .chain(step.terms.as_array())
-        .chain(step.readings.iter().copied())
-        .chain(step.targets.iter().copied());
+    let position_m: [f64; 3] = step.episode.whereabouts().centre_of_gravity_m.into();
+    let did = &step.did;
+    let numbers = position_m
+        .into_iter()
+        .chain([did.advance_m, did.heading_change_rad, did.penalised_contacts as f64])
+        .chain(did.terms.as_array())
+        .chain(step.episode.readings().values.iter().copied())
+        .chain(step.episode.targets().iter().copied());
     for number in numbers {
         // Writing to a string can't fail.
         let _ = write!(line, ",{number}");

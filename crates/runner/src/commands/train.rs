@@ -68,9 +68,15 @@ fn train_cells(lab: &Lab, cells: &[&LabCell], how: &How) -> anyhow::Result<Outco
     drop(observer);
     let trained = trained?;
     warn(&trained.counts);
+    if let Some(error) = &trained.crowded {
+        tell(format_args!("note: fewer cells were trained at a time: {error:#}{ADVICE}"));
+    }
     let folders = cells.iter().map(|cell| cell.folder.path());
     report(lab, &folders.zip(&trained.endings).collect::<Vec<_>>())
 }
+
+/// For whoever has too few open files.
+const ADVICE: &str = ": ulimit -n has the limit of a process, fs.file-max that of the system";
 
 /// Says so if lanes were little used, which nobody would see otherwise.
 fn warn(counts: &LockstepCounts) {
@@ -91,12 +97,16 @@ fn warn(counts: &LockstepCounts) {
 
 /// Says how it ended, and what to do next.
 fn report(lab: &Lab, endings: &[(&Path, &Ending)]) -> anyhow::Result<Outcome> {
-    let mut n_stopped = 0;
-    let mut n_failed = 0;
+    let (mut n_stopped, mut n_elsewhere, mut n_failed) = (0, 0, 0);
     for (folder, ending) in endings {
         match ending {
             Ending::Done => {}
             Ending::Stopped => n_stopped += 1,
+            Ending::Elsewhere => n_elsewhere += 1,
+            Ending::Crowded(error) => {
+                n_stopped += 1;
+                tell(format_args!("{error:#}{ADVICE}"));
+            }
             Ending::Failed(reason) => {
                 n_failed += 1;
                 tell(format_args!("{}: failed: {reason}", folder.display()));
@@ -108,18 +118,19 @@ fn report(lab: &Lab, endings: &[(&Path, &Ending)]) -> anyhow::Result<Outcome> {
         }
     }
     let run = lab.run().folder().display();
-    let n_done = endings.len() - n_stopped - n_failed;
-    say(format_args!(
-        "{run}: {n_done} of {} cells done{}{}",
-        endings.len(),
-        if n_stopped > 0 {
-            format!(", {n_stopped} to go on: itarl resume {run}")
-        } else {
-            String::new()
-        },
-        if n_failed > 0 { format!(", {n_failed} failed") } else { String::new() },
-    ))?;
-    Ok(match (n_failed, n_stopped) {
+    let n_done = endings.len() - n_stopped - n_elsewhere - n_failed;
+    let mut said = format!("{run}: {n_done} of {} cells done", endings.len());
+    if n_stopped > 0 {
+        said += &format!(", {n_stopped} to go on: itarl resume {run}");
+    }
+    if n_elsewhere > 0 {
+        said += &format!(", {n_elsewhere} elsewhere: another process is at work there");
+    }
+    if n_failed > 0 {
+        said += &format!(", {n_failed} failed");
+    }
+    say(said)?;
+    Ok(match (n_failed, n_stopped + n_elsewhere) {
         (0, 0) => Outcome::Done,
         (0, _) => Outcome::Stopped,
         _ => Outcome::Failed,

@@ -1,8 +1,8 @@
 //! A robot and its motion: the one thing that all ways of showing it start from.
 
 use anyhow::{Context, bail};
-use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
-use svenja::{Morphology, Shape};
+use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
+use svenja::{Morphology, Shape, centre_of_gravity_m};
 
 use crate::{
     experiment::{Experiment, Plan},
@@ -145,10 +145,9 @@ impl Clip {
     #[must_use]
     pub fn centre_of_gravity(&self, frame: usize) -> Point3<f64> {
         let bodies = self.morphology.bodies().iter().enumerate();
-        let moment = bodies.fold(Vector3::zeros(), |sum, (i, body)| {
-            sum + body.mass_kg * self.pose(frame, i).translation.vector
-        });
-        Point3::from(moment / self.morphology.total_mass_kg())
+        centre_of_gravity_m(
+            bodies.map(|(i, body)| (body.mass_kg, self.pose(frame, i).translation.vector)),
+        )
     }
 
     /// How far the robot reaches from its centre of gravity in the first frame, in m; at least 0.1.
@@ -179,6 +178,8 @@ impl Clip {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector3;
+
     use super::*;
     use crate::replay::example::{clip, parts, recording};
 

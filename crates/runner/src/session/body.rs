@@ -62,14 +62,6 @@ impl Body {
         self.robot.actuate(targets)
     }
 
-    /// Holds its targets for a control step, and feels what came of it.
-    ///
-    /// # Errors
-    /// [`svenja::Error::BlewUp`].
-    pub fn hold(&mut self, solver: &mut Solver) -> Result<(), svenja::Error> {
-        hold(&mut [self], solver).remove(0)
-    }
-
     /// The world after a physics step of a control step, counted from 1.
     fn look(&mut self, step: u64) -> Result<(), svenja::Error> {
         if step.is_multiple_of(self.pose_every) {
@@ -89,12 +81,6 @@ impl Body {
             let (t, q) = (pose.translation.vector, pose.rotation.coords);
             self.poses.extend([t.x, t.y, t.z, q.x, q.y, q.z, q.w].map(|value| value as f32));
         }
-    }
-
-    /// Recorded poses of a control step.
-    #[must_use]
-    pub fn frames_per_step(&self) -> usize {
-        (self.n_physics_steps / self.pose_every) as usize
     }
 
     /// `[frames_per_step x n_bodies x 7]`, of the last control step: x y z in m, quaternion x y z w.
@@ -158,7 +144,10 @@ impl Body {
 
 /// Lets bodies with the same physics hold their targets for a control step, all in step. What
 /// becomes of one doesn't touch the others.
-pub fn hold(bodies: &mut [&mut Body], solver: &mut Solver) -> Vec<Result<(), svenja::Error>> {
+pub(super) fn hold(
+    bodies: &mut [&mut Body],
+    solver: &mut Solver,
+) -> Vec<Result<(), svenja::Error>> {
     let n_physics_steps = bodies.first().map_or(0, |body| body.n_physics_steps);
     let mut results: Vec<_> = bodies.iter().map(|_| Ok(())).collect();
     bodies.iter_mut().for_each(|body| body.poses.clear());

@@ -6,7 +6,7 @@ use crbm::ChainRng;
 use serde::{Serialize, de::DeserializeOwned};
 
 use super::{Error, Session};
-use crate::store::{Checkpoint, Recording};
+use crate::store::{Checkpoint, Header, Recording};
 
 const WORLD: &str = "world";
 const INPUTS: &str = "inputs";
@@ -16,26 +16,31 @@ const REWARD: &str = "reward";
 const ESTIMATOR: &str = "estimator";
 const OPTIMISER: &str = "optimiser";
 const RECORDING: &str = "recording";
+/// Only there within an update: between two of them its sums begin anew.
+const TALLY: &str = "tally";
 
 impl Session {
-    /// The sections of a checkpoint. To be taken between updates.
+    /// The sections of a checkpoint. To be taken between control steps, once the robot has settled.
     ///
     /// # Errors
     /// A cell that blew up.
     pub fn save(&mut self) -> Result<BTreeMap<String, Vec<u8>>, Error> {
-        let world = self.body.save().map_err(|error| self.blew_up(error))?;
+        let world = self.episode.body.save().map_err(|error| self.blew_up(error))?;
         let recording = self.recording().encode().map_err(|error| self.blew_up(error))?;
-        let sections = [
+        let mut sections = vec![
             (WORLD, world),
-            (INPUTS, self.bytes(&self.codec.inputs())?),
+            (INPUTS, self.bytes(&self.episode.inputs())?),
             (PARAMETERS, self.bytes(&self.parameters)?),
             (CHAINS, self.bytes(&self.chains.words())?),
-            (REWARD, self.bytes(&self.reward.save())?),
+            (REWARD, self.bytes(&self.episode.reward.save())?),
             (ESTIMATOR, self.bytes(&self.estimator.state())?),
             (OPTIMISER, self.bytes(&self.optimiser.state())?),
             (RECORDING, recording),
         ];
-        Ok(sections.map(|(name, bytes)| (name.to_owned(), bytes)).into())
+        if !self.is_between_updates() {
+            sections.push((TALLY, self.bytes(&self.tally)?));
+        }
+        Ok(sections.into_iter().map(|(name, bytes)| (name.to_owned(), bytes)).collect())
     }
 
     fn bytes<T: Serialize>(&self, value: &T) -> Result<Vec<u8>, Error> {
@@ -48,57 +53,85 @@ impl Session {
     /// # Errors
     /// A section that is missing or doesn't fit. The session is then of no use.
     pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), Error> {
-        let part = |section| {
-            checkpoint
-                .sections
-                .get(section)
-                .ok_or_else(|| Error::Checkpoint { section, message: "it's missing".into() })
-        };
-        let misfit = |section, error: &dyn std::fmt::Display| Error::Checkpoint {
-            section,
-            message: error.to_string(),
-        };
-        self.body.restore(part(WORLD)?).map_err(|error| misfit(WORLD, &error))?;
+        self.restore_episode(checkpoint)?;
+        self.restore_learner(checkpoint)?;
+        self.restore_progress(checkpoint)
+    }
 
-        let inputs: Vec<bool> = read(INPUTS, part(INPUTS)?)?;
-        if inputs.len() != self.codec.inputs().len() {
-            let message =
-                format!("{} bits, and the cell has {}", inputs.len(), self.codec.inputs().len());
-            return Err(misfit(INPUTS, &message));
+    fn restore_episode(&mut self, checkpoint: &Checkpoint) -> Result<(), Error> {
+        let world = self.episode.body.restore(part(checkpoint, WORLD)?);
+        world.map_err(|error| misfit(WORLD, error))?;
+
+        let inputs: Vec<bool> = read(checkpoint, INPUTS)?;
+        let n_inputs = self.episode.inputs().len();
+        if inputs.len() != n_inputs {
+            let message = format!("{} bits, and the cell has {n_inputs}", inputs.len());
+            return Err(misfit(INPUTS, message));
         }
-        self.codec.restore(&inputs);
+        self.episode.codec.restore(&inputs);
 
-        self.parameters = read(PARAMETERS, part(PARAMETERS)?)?;
+        let words: Vec<u64> = read(checkpoint, REWARD)?;
+        self.episode.reward.restore(&words).map_err(|error| misfit(REWARD, error))?;
+        self.episode.restored();
+        Ok(())
+    }
+
+    fn restore_learner(&mut self, checkpoint: &Checkpoint) -> Result<(), Error> {
+        self.parameters = read(checkpoint, PARAMETERS)?;
         let set = self.policy.set_parameters(&self.parameters);
-        set.map_err(|error| misfit(PARAMETERS, &error))?;
+        set.map_err(|error| misfit(PARAMETERS, error))?;
 
-        let words: Vec<u32> = read(CHAINS, part(CHAINS)?)?;
-        let chains = ChainRng::from_words(&words).map_err(|error| misfit(CHAINS, &error))?;
+        let words: Vec<u32> = read(checkpoint, CHAINS)?;
+        let chains = ChainRng::from_words(&words).map_err(|error| misfit(CHAINS, error))?;
         if chains.n_chains() != self.chains.n_chains() {
-            return Err(misfit(CHAINS, &"another number of chains"));
+            return Err(misfit(CHAINS, "another number of chains"));
         }
         self.chains = chains;
 
-        let words: Vec<u64> = read(REWARD, part(REWARD)?)?;
-        self.reward.restore(&words).map_err(|error| misfit(REWARD, &error))?;
-        let state: Vec<f64> = read(ESTIMATOR, part(ESTIMATOR)?)?;
-        self.estimator.restore(&state).map_err(|error| misfit(ESTIMATOR, &error))?;
-        let state: Vec<f64> = read(OPTIMISER, part(OPTIMISER)?)?;
-        self.optimiser.restore(&state).map_err(|error| misfit(OPTIMISER, &error))?;
+        let state: Vec<f64> = read(checkpoint, ESTIMATOR)?;
+        self.estimator.restore(&state).map_err(|error| misfit(ESTIMATOR, error))?;
+        let state: Vec<f64> = read(checkpoint, OPTIMISER)?;
+        self.optimiser.restore(&state).map_err(|error| misfit(OPTIMISER, error))
+    }
 
-        let recording = Recording::decode(Path::new("checkpoint"), part(RECORDING)?);
-        let recording = recording.map_err(|error| misfit(RECORDING, &error))?;
-        self.ring.restore(&recording).map_err(|error| misfit(RECORDING, &error))?;
+    fn restore_progress(&mut self, checkpoint: &Checkpoint) -> Result<(), Error> {
+        let recording = Recording::decode(Path::new("checkpoint"), part(checkpoint, RECORDING)?);
+        let recording = recording.map_err(|error| misfit(RECORDING, error))?;
+        self.ring.restore(&recording).map_err(|error| misfit(RECORDING, error))?;
 
-        self.settling.1 = self.settling.0;
-        self.updates = checkpoint.header.updates;
-        self.steps = checkpoint.header.control_steps;
-        self.whereabouts = self.body.whereabouts();
+        let Header { updates, control_steps, .. } = checkpoint.header;
+        let (steps, all) = (self.estimator.steps(), self.steps_per_update);
+        if steps_within_update(&checkpoint.header, all) != Some(steps) {
+            let message = format!(
+                "{steps} control steps since the last update, and the header has {control_steps} \
+                 with {updates} updates of {all}"
+            );
+            return Err(misfit(ESTIMATOR, message));
+        }
+        (self.updates, self.steps) = (updates, control_steps);
+        if !self.is_between_updates() {
+            self.tally = read(checkpoint, TALLY)?;
+        }
         Ok(())
     }
 }
 
-fn read<T: DeserializeOwned>(section: &'static str, bytes: &[u8]) -> Result<T, Error> {
-    postcard::from_bytes(bytes)
-        .map_err(|error| Error::Checkpoint { section, message: error.to_string() })
+/// How far within an update a checkpoint stands; none if its numbers don't fit each other.
+fn steps_within_update(header: &Header, steps_per_update: u64) -> Option<u64> {
+    let end = header.updates.checked_add(1)?.checked_mul(steps_per_update)?;
+    let within = header.control_steps.checked_sub(end - steps_per_update)?;
+    (within < steps_per_update).then_some(within)
+}
+
+fn read<T: DeserializeOwned>(checkpoint: &Checkpoint, section: &'static str) -> Result<T, Error> {
+    postcard::from_bytes(part(checkpoint, section)?).map_err(|error| misfit(section, error))
+}
+
+fn part<'a>(checkpoint: &'a Checkpoint, section: &'static str) -> Result<&'a [u8], Error> {
+    let part = checkpoint.sections.get(section);
+    part.map(Vec::as_slice).ok_or_else(|| misfit(section, "it's missing"))
+}
+
+fn misfit(section: &'static str, message: impl std::fmt::Display) -> Error {
+    Error::Checkpoint { section, message: message.to_string() }
 }

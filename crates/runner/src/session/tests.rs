@@ -4,9 +4,14 @@ use std::{collections::BTreeMap, path::Path};
 
 use config::Document;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use proptest::prelude::*;
 
 use super::*;
-use crate::experiment::Experiment;
+use crate::{
+    experiment::Experiment,
+    reward::Terms,
+    store::{Checkpoint, Extent, Header},
+};
 
 /// T
 const T: usize = 60;
@@ -86,10 +91,11 @@ fn the_wind_changes_what_is_done_and_not_what_is_learned() {
     let (mut session, _) = session();
     let mut n_flipped = 0;
     for step in 0..2 * T as u64 {
-        let (inputs, mut policy) = (session.codec.inputs().to_vec(), session.policy.clone());
+        let (inputs, mut policy) =
+            (session.episode.codec.inputs().to_vec(), session.policy.clone());
         let mut chains = session.chains.clone();
         advance(&mut session);
-        let Buffers { output, action, targets, score, .. } = &session.buffers;
+        let Buffers { output, action, score } = &session.buffers;
 
         let blows = step >= 50 && step % 50 < 7;
         n_flipped += usize::from(blows);
@@ -97,7 +103,7 @@ fn the_wind_changes_what_is_done_and_not_what_is_learned() {
             assert_eq!(done != own, blows, "step {step}");
         }
         let executed: Vec<_> = action.iter().map(|&bit| if bit { 0.5 } else { -0.5 }).collect();
-        assert_eq!(*targets, executed);
+        assert_eq!(session.episode.targets(), executed);
 
         let mut own_score = vec![0.0; score.len()];
         policy.score(&inputs, output, &mut chains, &mut own_score).unwrap();
@@ -125,7 +131,7 @@ fn surprise(bins: &[u64]) -> f64 {
 #[test]
 fn rewards_are_what_the_record_makes_them() {
     let (mut session, morphology) = session();
-    let first_bins = session.codec.bins().to_vec();
+    let first_bins = session.episode.codec.bins().to_vec();
     let rows: Vec<_> = (0..4).map(|_| update(&mut session)).collect();
     let record = session.recording();
     let n_bodies = morphology.bodies().len();
@@ -190,4 +196,92 @@ fn rewards_are_what_the_record_makes_them() {
         assert_eq!((row.information_nats, row.information), (mean(3), mean(5)));
         assert_eq!(row.control_steps, row.update * T as u64);
     }
+}
+
+/// A checkpoint of a session, as a file would have it.
+fn saved(session: &mut Session) -> Checkpoint {
+    let (updates, control_steps) = (session.updates(), session.control_steps());
+    let header = Header { identity: 0, updates, control_steps, metrics: Extent::empty() };
+    Checkpoint { header, sections: session.save().unwrap() }
+}
+
+/// The same cell, begun anew and brought to a checkpoint.
+fn restored(checkpoint: &Checkpoint) -> Result<Session, Error> {
+    let (experiment, morphology) = crawler();
+    let mut session = Session::build(&experiment, &morphology, 4).unwrap();
+    session.restore(checkpoint)?;
+    Ok(session)
+}
+
+/// Three updates, left and gone on with after these control steps.
+fn interrupted(stops: &[usize]) -> (Vec<Row>, Checkpoint) {
+    let (mut session, _) = session();
+    let mut rows = Vec::new();
+    for step in 1..=3 * T {
+        advance(&mut session);
+        if session.is_to_learn() {
+            rows.push(session.learn().unwrap());
+        }
+        if stops.contains(&step) {
+            session = restored(&saved(&mut session)).unwrap();
+        }
+    }
+    (rows, saved(&mut session))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(16))]
+
+    #[test]
+    fn stopped_at_any_control_step_it_goes_on_with_the_same_bits(
+        stops in proptest::collection::vec(1..3 * T, 1..6),
+    ) {
+        prop_assert_eq!(interrupted(&stops), interrupted(&[]));
+    }
+}
+
+#[test]
+fn a_checkpoint_has_a_tally_within_an_update_and_there_alone() {
+    let (mut session, _) = session();
+    let sections = |session: &mut Session| saved(session).sections.into_keys().collect::<Vec<_>>();
+    let between = [
+        "chains",
+        "estimator",
+        "inputs",
+        "optimiser",
+        "parameters",
+        "recording",
+        "reward",
+        "world",
+    ];
+    assert_eq!(sections(&mut session), between);
+    advance(&mut session);
+    assert!(sections(&mut session).iter().any(|name| name == "tally"));
+    while !session.is_to_learn() {
+        advance(&mut session);
+    }
+    session.learn().unwrap();
+    assert_eq!(sections(&mut session), between);
+}
+
+#[test]
+fn a_checkpoint_whose_numbers_do_not_fit_each_other_is_refused() {
+    let (mut session, _) = session();
+    for _ in 0..T / 2 {
+        advance(&mut session);
+    }
+    let whole = saved(&mut session);
+    let refused = |change: &dyn Fn(&mut Checkpoint), message: &str| {
+        let mut checkpoint = whole.clone();
+        change(&mut checkpoint);
+        let error = restored(&checkpoint).err().unwrap().to_string();
+        assert!(error.contains(message), "{error}");
+    };
+    refused(&|it| it.header.control_steps += 1, "'estimator' doesn't fit: 30 control steps");
+    refused(&|it| it.header.control_steps += T as u64, "'estimator' doesn't fit");
+    refused(&|it| it.header.updates += 1, "has 30 with 1 updates of 60");
+    for updates in [u64::MAX, u64::MAX / T as u64, 6_735_281_601_315_911_789] {
+        refused(&|it| it.header.updates = updates, "'estimator' doesn't fit");
+    }
+    refused(&|it| drop(it.sections.remove("tally")), "'tally' doesn't fit: it's missing");
 }

@@ -7,7 +7,7 @@
 //! | 4 | number of sections |
 //! | 8 | identity: hash of setting, seed and resolved settings without `learning.updates` |
 //! | 8 | updates done |
-//! | 8 | control steps done |
+//! | 8 | control steps done: more than its updates have, if it stands within one |
 //! | 8 | length of `metrics.csv` |
 //! | 8 | XXH3 of these bytes of `metrics.csv` |
 //! | 8 | XXH3 of all bytes before: the header can be read alone |

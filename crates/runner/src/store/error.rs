@@ -5,6 +5,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use rustix::io::Errno;
+
 /// Why something couldn't be written or read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -138,6 +140,14 @@ impl fmt::Display for Lines<'_> {
 }
 
 impl Error {
+    /// Whether the process, or the whole system, has as many files open as it may: no fault of the
+    /// file.
+    #[must_use]
+    pub fn is_lack_of_files(&self) -> bool {
+        let lacks = [Errno::MFILE, Errno::NFILE].map(|it| Some(it.raw_os_error()));
+        matches!(self, Self::Io { source, .. } if lacks.contains(&source.raw_os_error()))
+    }
+
     pub(crate) fn damaged(path: &Path, what: impl Into<String>) -> Self {
         Self::Damaged { path: path.into(), what: what.into() }
     }

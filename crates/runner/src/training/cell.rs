@@ -7,7 +7,7 @@ use super::{Lab, LabCell, Limits, Observer};
 use crate::{
     experiment::{ControlSettings, PhysicsSettings},
     session::{self, Session},
-    store::{CellFolder, OpenCell, Recording, Snapshot, atomic},
+    store::{self, CellFolder, OpenCell, Recording, Snapshot, atomic},
 };
 
 /// How a cell's training ended in this call.
@@ -17,10 +17,26 @@ pub enum Ending {
     Done,
     /// It stands at a checkpoint, to be gone on from.
     Stopped,
+    /// Another process is at it.
+    Elsewhere,
+    /// There was no room for its files. It's as it was, or stands at its last checkpoint, to be gone
+    /// on from once there is.
+    Crowded(anyhow::Error),
     /// It blew up, now or before, for this reason.
     Failed(String),
     /// Its files can't be read or written. It can be gone on with once they can.
     Broken(anyhow::Error),
+}
+
+impl Ending {
+    /// Of a cell whose files couldn't be had.
+    fn of(error: anyhow::Error) -> Self {
+        match error.downcast_ref() {
+            Some(store::Error::Locked { .. }) => Self::Elsewhere,
+            Some(lack) if lack.is_lack_of_files() => Self::Crowded(error),
+            _ => Self::Broken(error),
+        }
+    }
 }
 
 /// A cell at work. What it learned is in its folder at every checkpoint.
@@ -28,8 +44,9 @@ pub(super) struct Trainee<'a> {
     pub(super) cell: &'a LabCell,
     pub(super) session: Session,
     open: OpenCell,
-    /// Updates at the last checkpoint, at the end of this call, and in all.
+    /// Control steps at the last checkpoint.
     saved: u64,
+    /// Updates at the end of this call, and in all.
     last: u64,
     target: u64,
 }
@@ -58,14 +75,9 @@ impl<'a> Trainee<'a> {
         limits: Limits,
         observer: &dyn Observer,
     ) -> Result<Self, Ending> {
-        match Self::open(lab, cell, limits) {
-            Err(error) => Err(Ending::Broken(error)),
-            Ok(Err(ending)) => Err(ending),
-            Ok(Ok(trainee)) => {
-                observer.begin(cell, trainee.session.updates());
-                Ok(trainee)
-            }
-        }
+        let trainee = Self::open(lab, cell, limits).map_err(Ending::of)??;
+        observer.begin(cell, trainee.session.control_steps());
+        Ok(trainee)
     }
 
     fn open(lab: &Lab, cell: &'a LabCell, limits: Limits) -> anyhow::Result<Result<Self, Ending>> {
@@ -81,17 +93,18 @@ impl<'a> Trainee<'a> {
             let path = cell.folder.checkpoint();
             session.restore(checkpoint).with_context(|| path.display().to_string())?;
         }
-        let saved = session.updates();
         let target = settings.learning.updates;
-        if saved >= target {
+        if session.updates() >= target {
             // A process killed right after the last checkpoint left the exports of the one before.
             open.export(&session.policy_file()?, &session.recording().encode()?)?;
             return Ok(Err(Ending::Done));
         }
-        let last = limits.stop_after.map_or(target, |n| target.min(saved.saturating_add(n)));
-        if saved == last {
+        let last =
+            limits.stop_after.map_or(target, |n| target.min(session.updates().saturating_add(n)));
+        if session.updates() == last {
             return Ok(Err(Ending::Stopped));
         }
+        let saved = session.control_steps();
         Ok(Ok(Self { cell, session, open, saved, last, target }))
     }
 
@@ -107,7 +120,7 @@ impl<'a> Trainee<'a> {
             Ok(()) if self.session.is_to_learn() => self.learn(observer),
             Ok(()) => return None,
         };
-        ending.unwrap_or_else(|error| Some(Ending::Broken(error)))
+        ending.unwrap_or_else(|error| Some(Ending::of(error)))
     }
 
     fn learn(&mut self, observer: &dyn Observer) -> anyhow::Result<Option<Ending>> {
@@ -126,11 +139,11 @@ impl<'a> Trainee<'a> {
         Ok(is_last.then(|| self.stopped()))
     }
 
-    /// Stops it where it stands, between two updates.
+    /// Stops it where it stands, between two control steps.
     pub(super) fn stop(&mut self) -> Ending {
         match self.save() {
             Ok(()) => self.stopped(),
-            Err(error) => Ending::Broken(error),
+            Err(error) => Ending::of(error),
         }
     }
 
@@ -140,7 +153,8 @@ impl<'a> Trainee<'a> {
 
     fn save(&mut self) -> anyhow::Result<()> {
         let session = &mut self.session;
-        if session.updates() == self.saved {
+        // While it settles, too.
+        if session.control_steps() == self.saved {
             return Ok(());
         }
         let recording = session.recording().encode()?;
@@ -151,7 +165,7 @@ impl<'a> Trainee<'a> {
             policy: &session.policy_file()?,
             replay: &recording,
         })?;
-        self.saved = session.updates();
+        self.saved = session.control_steps();
         Ok(())
     }
 

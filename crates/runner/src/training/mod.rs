@@ -3,6 +3,7 @@
 mod cell;
 mod lab;
 mod pool;
+mod room;
 mod stop;
 
 pub use cell::Ending;

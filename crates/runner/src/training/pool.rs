@@ -16,6 +16,7 @@ use bullet::LockstepCounts;
 use super::{
     Ending, How, Lab, LabCell, SolverKind, Stop,
     cell::{Build, Trainee},
+    room::Room,
 };
 use crate::{
     session::{Session, Solver, control_step},
@@ -24,8 +25,8 @@ use crate::{
 
 /// Is told how training goes, from all threads.
 pub trait Observer: Sync {
-    /// A cell goes on from so many updates.
-    fn begin(&self, cell: &LabCell, updates: u64);
+    /// A cell goes on from so many control steps, 0 at its beginning.
+    fn begin(&self, cell: &LabCell, control_steps: u64);
     /// A cell made an update.
     fn row(&self, cell: &LabCell, row: &Row);
     /// A cell's training ended in this call.
@@ -39,9 +40,12 @@ pub struct Trained {
     pub endings: Vec<Ending>,
     /// What became of the steps in lanes, all threads together.
     pub counts: LockstepCounts,
+    /// Why a cell couldn't be begun when its turn came, if the system had no files for it.
+    pub crowded: Option<anyhow::Error>,
 }
 
-/// Trains cells of a run, in their order as lanes get free.
+/// Trains cells of a run, in their order as lanes get free. Those that another process is at are
+/// looked at again at the end, and trained as far as it has left them.
 ///
 /// # Errors
 /// Vector instructions that the environment asks for and the processor doesn't have.
@@ -52,39 +56,78 @@ pub fn train_all(
     stop: &Stop,
     observer: &dyn Observer,
 ) -> anyhow::Result<Trained> {
+    let endings = cells.iter().map(|_| Ending::Elsewhere).collect();
+    let mut trained = Trained { endings, counts: LockstepCounts::default(), crowded: None };
+    loop {
+        let left = trained.elsewhere();
+        let these: Vec<_> = left.iter().map(|&index| cells[index]).collect();
+        let round = train_once(lab, &these, how, stop, observer)?;
+        add(&mut trained.counts, &round.counts);
+        trained.crowded = trained.crowded.or(round.crowded);
+        for (&index, ending) in left.iter().zip(round.endings) {
+            trained.endings[index] = ending;
+        }
+        let n_elsewhere = trained.elsewhere().len();
+        // If all of them still are, there was nothing to do meanwhile.
+        if n_elsewhere == 0 || n_elsewhere == left.len() || stop.is_wished() {
+            return Ok(trained);
+        }
+    }
+}
+
+impl Trained {
+    /// The cells that another process is at, by index.
+    fn elsewhere(&self) -> Vec<usize> {
+        let endings = self.endings.iter().enumerate();
+        endings.filter(|(_, it)| matches!(it, Ending::Elsewhere)).map(|(index, _)| index).collect()
+    }
+}
+
+fn train_once(
+    lab: &Lab,
+    cells: &[&LabCell],
+    how: &How,
+    stop: &Stop,
+    observer: &dyn Observer,
+) -> anyhow::Result<Trained> {
     let n_threads = how.threads.clamp(1, cells.len().max(1));
-    let solvers = (0..n_threads)
+    let mut solvers = (0..n_threads)
         .map(|_| match how.solver {
             SolverKind::Bullet => Ok(Solver::bullet()),
             SolverKind::Lockstep => Solver::lockstep(),
         })
         .collect::<Result<Vec<_>, _>>()?;
     let lanes = how.lanes.unwrap_or_else(|| solvers[0].lanes()).max(1);
+    let Room { threads, lanes } = Room::make(Room { threads: n_threads, lanes });
+    solvers.truncate(threads);
+    let crew_size = crew_size(cells.len(), threads, lanes);
     let pool = Pool {
         lab,
         cells,
         how,
         stop,
         observer,
-        crew_size: crew_size(cells.len(), n_threads, lanes),
         shared: Mutex::new(Shared {
             waiting: (0..cells.len()).collect(),
             handed_over: Vec::new(),
             idle: 0,
-            at_work: n_threads,
+            at_work: threads,
             endings: cells.iter().map(|_| None).collect(),
             counts: LockstepCounts::default(),
+            crowded: None,
         }),
         changed: Condvar::new(),
     };
     thread::scope(|scope| {
         for solver in solvers {
-            scope.spawn(|| Crew { pool: &pool, solver, members: Vec::new() }.work());
+            let pool = &pool;
+            scope.spawn(move || Crew { pool, solver, members: Vec::new(), size: crew_size }.work());
         }
     });
-    let shared = pool.shared.into_inner().unwrap_or_else(PoisonError::into_inner);
-    let endings = shared.endings.into_iter().map(|ending| ending.unwrap_or(Ending::Stopped));
-    Ok(Trained { endings: endings.collect(), counts: shared.counts })
+    let Shared { endings, counts, crowded, .. } =
+        pool.shared.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let endings = endings.into_iter().map(|ending| ending.unwrap_or(Ending::Stopped)).collect();
+    Ok(Trained { endings, counts, crowded })
 }
 
 /// So many cells for each thread at a time that all threads have about the same in every round: a
@@ -100,7 +143,6 @@ struct Pool<'a> {
     how: &'a How,
     stop: &'a Stop,
     observer: &'a dyn Observer,
-    crew_size: usize,
     shared: Mutex<Shared<'a>>,
     /// A crew was handed over, or a thread came to its end.
     changed: Condvar,
@@ -116,6 +158,7 @@ struct Shared<'a> {
     at_work: usize,
     endings: Vec<Option<Ending>>,
     counts: LockstepCounts,
+    crowded: Option<anyhow::Error>,
 }
 
 /// A cell in a crew, with its index.
@@ -128,6 +171,8 @@ struct Crew<'a, 'b> {
     pool: &'b Pool<'a>,
     solver: Solver,
     members: Vec<Member<'a>>,
+    /// Members that it may have.
+    size: usize,
 }
 
 impl<'a> Pool<'a> {
@@ -157,8 +202,8 @@ impl Crew<'_, '_> {
 
     /// Takes waiting cells that can be stepped with those that are here.
     fn fill(&mut self) {
-        let Pool { lab, cells, how, stop, observer, crew_size, .. } = *self.pool;
-        while self.members.len() < crew_size && !stop.is_wished() {
+        let Pool { lab, cells, how, stop, observer, .. } = *self.pool;
+        while self.members.len() < self.size && !stop.is_wished() {
             let build = self.members.first().map(|member| Build::of(member.trainee.cell));
             let mut shared = self.pool.lock();
             let fits = |&index: &usize| build.is_none_or(|it| it == Build::of(cells[index]));
@@ -167,9 +212,22 @@ impl Crew<'_, '_> {
             drop(shared);
             match Trainee::begin(lab, cells[index], how.limits, observer) {
                 Ok(trainee) => self.members.push(Member { index, trainee }),
+                Err(Ending::Crowded(error)) => {
+                    self.shrink(index, error);
+                    break;
+                }
                 Err(ending) => self.pool.end(index, ending),
             }
         }
+    }
+
+    /// There are no files for more members than it has. The cell waits for one of them to end, or
+    /// for another crew.
+    fn shrink(&mut self, index: usize, error: anyhow::Error) {
+        self.size = self.members.len();
+        let mut shared = self.pool.lock();
+        shared.waiting.push_front(index);
+        shared.crowded.get_or_insert(error);
     }
 
     /// A control step of all members; those that came to their end leave.
@@ -184,7 +242,7 @@ impl Crew<'_, '_> {
             // As many results as members, in their order.
             let mut ending =
                 results.next().and_then(|result| trainee.after_step(result, pool.observer));
-            if is_to_stop && ending.is_none() && trainee.session.is_between_updates() {
+            if is_to_stop && ending.is_none() {
                 ending = Some(trainee.stop());
             }
             let stays = ending.is_none();

@@ -1,0 +1,263 @@
+//! A robot's life in its world: it acts, feels what came of it, and is told what that was worth.
+//! Who decides about its actions is somebody else, who may learn from that or not.
+//!
+//! A control step is [`Episode::act`] (or [`Episode::aim`]), [`hold`], [`Episode::judge`]. Before the
+//! first one the robot settles: [`Episode::rest`], [`hold`], [`Episode::settle`], as long as it
+//! [is settling](Episode::is_settling).
+
+use svenja::{Morphology, Readings};
+
+use super::{Body, Codec, CodecShape, Solver, Whereabouts, body};
+use crate::{
+    experiment::Experiment,
+    reward::{Group, Reward, SensorLayout, Terms},
+    store::{Layout, Step as Recorded},
+};
+
+/// A body with what turns its readings into bits, bits into its targets, and its steps into rewards.
+pub struct Episode {
+    pub(super) body: Body,
+    pub(super) codec: Codec,
+    pub(super) reward: Reward,
+    /// At the end of the last control step.
+    whereabouts: Whereabouts,
+    /// Control steps in which the robot settles, and how many of them are done.
+    settling: (u64, u64),
+    /// `[n_actuators]`, within -1 to 1.
+    targets: Vec<f64>,
+    /// The last control step as it's recorded: `[n_sensors]`, `[n_actuators]`, `[n_bodies]`.
+    recorded: (Vec<f32>, Vec<f32>, Vec<u8>),
+}
+
+/// What a control step did, and what it was worth.
+#[derive(Clone, Copy, Debug)]
+pub struct Transition {
+    /// Every term of the reward.
+    pub terms: Terms,
+    /// Along the heading, in m.
+    pub advance_m: f64,
+    /// To the left, in rad.
+    pub heading_change_rad: f64,
+    /// Penalised parts that touch something.
+    pub penalised_contacts: usize,
+    /// Readings beyond their range.
+    pub clipped_readings: usize,
+}
+
+impl Episode {
+    /// The robot where its model starts, before it has settled.
+    ///
+    /// # Errors
+    /// What the world refuses; settings that don't fit the model.
+    pub fn new(experiment: &Experiment, morphology: &Morphology) -> anyhow::Result<Self> {
+        let body = Body::new(experiment, morphology)?;
+        let sensors = sensor_layout(experiment, morphology);
+        let mut episode = Self {
+            codec: Codec::new(&codec_shape(experiment, morphology))?,
+            reward: Reward::new(&experiment.reward, &sensors, morphology.locomotion_scale())?,
+            whereabouts: body.whereabouts(),
+            settling: (experiment.control.settle_steps, 0),
+            targets: vec![0.0; morphology.actuators().len()],
+            recorded: Default::default(),
+            body,
+        };
+        if !episode.is_settling() {
+            episode.begin()?;
+        }
+        Ok(episode)
+    }
+
+    /// Whether the robot has yet to come to rest before the first control step.
+    #[must_use]
+    pub fn is_settling(&self) -> bool {
+        self.settling.1 < self.settling.0
+    }
+
+    /// Control steps of settling that are done.
+    #[must_use]
+    pub fn settled_steps(&self) -> u64 {
+        self.settling.1
+    }
+
+    /// Before the physics: it shall hold its neutral pose.
+    ///
+    /// # Errors
+    /// What the robot refuses.
+    pub fn rest(&mut self) -> anyhow::Result<()> {
+        self.targets.fill(0.0);
+        Ok(self.body.actuate(&self.targets)?)
+    }
+
+    /// After the physics of a step of settling. The last one gives the first reading.
+    ///
+    /// # Errors
+    /// A reading that can't be taken in.
+    pub fn settle(&mut self) -> anyhow::Result<()> {
+        self.settling.1 += 1;
+        if self.is_settling() { Ok(()) } else { self.begin() }
+    }
+
+    /// Takes in the first reading, which no action led to.
+    fn begin(&mut self) -> anyhow::Result<()> {
+        self.codec.encode(&self.body.readings().values)?;
+        self.reward.begin(self.codec.bins())?;
+        self.whereabouts = self.body.whereabouts();
+        Ok(())
+    }
+
+    /// What to decide by: the bits of the newest readings, `[n_inputs]`.
+    #[must_use]
+    pub fn inputs(&self) -> &[bool] {
+        self.codec.inputs()
+    }
+
+    /// Bits of an action.
+    #[must_use]
+    pub fn n_outputs(&self) -> usize {
+        self.targets.len() * self.codec.actuator_bits() as usize
+    }
+
+    /// Before the physics: it shall do an action, `[n_outputs]`.
+    ///
+    /// # Errors
+    /// Another number of bits.
+    pub fn act(&mut self, action: &[bool]) -> anyhow::Result<()> {
+        self.codec.decode(action, &mut self.targets)?;
+        Ok(self.body.actuate(&self.targets)?)
+    }
+
+    /// Before the physics: its servos shall have these targets, `[n_actuators]`, within -1 to 1.
+    ///
+    /// # Errors
+    /// Another number of targets, or one that's beyond.
+    pub fn aim(&mut self, targets: &[f64]) -> anyhow::Result<()> {
+        self.body.actuate(targets)?;
+        self.targets.copy_from_slice(targets);
+        Ok(())
+    }
+
+    /// The physics of a control step, alone.
+    ///
+    /// # Errors
+    /// [`svenja::Error::BlewUp`].
+    pub fn hold(&mut self, solver: &mut Solver) -> Result<(), svenja::Error> {
+        hold(&mut [self], solver).remove(0)
+    }
+
+    /// After the physics: takes in the new readings, and tells what the control step was worth,
+    /// after so many updates of the policy.
+    ///
+    /// # Errors
+    /// A reading that can't be taken in; a reward that isn't finite.
+    pub fn judge(&mut self, updates: u64) -> anyhow::Result<Transition> {
+        let readings = self.body.readings();
+        self.codec.encode(&readings.values)?;
+        let did = self.body.step_since(&self.whereabouts, self.codec.bins());
+        let transition = Transition {
+            terms: self.reward.evaluate(&did, updates)?,
+            advance_m: did.advance_m,
+            heading_change_rad: did.heading_change_rad,
+            penalised_contacts: did.penalised_contacts,
+            clipped_readings: readings.n_clipped(),
+        };
+        self.whereabouts = self.body.whereabouts();
+        let (sensors, actions, contacts) = &mut self.recorded;
+        refill(sensors, readings.values.iter().map(|&value| value as f32));
+        refill(actions, self.targets.iter().map(|&target| target as f32));
+        refill(contacts, self.body.contacts());
+        Ok(transition)
+    }
+
+    /// The last control step as it's recorded, with its reward's terms, `[n_terms]`.
+    #[must_use]
+    pub fn recorded<'a>(&'a self, terms: &'a [f64]) -> Recorded<'a> {
+        let (sensors, actions, contacts) = &self.recorded;
+        Recorded { poses: self.body.poses(), sensors, actions, contacts, terms }
+    }
+
+    /// The newest readings.
+    #[must_use]
+    pub fn readings(&self) -> &Readings {
+        self.body.readings()
+    }
+
+    /// What its servos were told last, `[n_actuators]`, within -1 to 1.
+    #[must_use]
+    pub fn targets(&self) -> &[f64] {
+        &self.targets
+    }
+
+    /// Where the robot is at the end of the last control step.
+    #[must_use]
+    pub fn whereabouts(&self) -> &Whereabouts {
+        &self.whereabouts
+    }
+
+    /// After body, codec and reward have gone back to what was saved of them after settling.
+    pub(super) fn restored(&mut self) {
+        self.settling.1 = self.settling.0;
+        self.whereabouts = self.body.whereabouts();
+    }
+}
+
+/// The physics of a control step of some episodes in step, which have the same physics: their
+/// robots hold their targets. What becomes of one doesn't touch the others.
+pub fn hold(episodes: &mut [&mut Episode], solver: &mut Solver) -> Vec<Result<(), svenja::Error>> {
+    let mut bodies: Vec<&mut Body> = episodes.iter_mut().map(|it| &mut it.body).collect();
+    body::hold(&mut bodies, solver)
+}
+
+/// Other values in the same memory.
+fn refill<T>(buffer: &mut Vec<T>, values: impl Iterator<Item = T>) {
+    buffer.clear();
+    buffer.extend(values);
+}
+
+/// What the codec is made for.
+fn codec_shape(experiment: &Experiment, morphology: &Morphology) -> CodecShape {
+    CodecShape {
+        sensor_bits: experiment.codec.sensor_bits,
+        actuator_bits: experiment.codec.actuator_bits,
+        memory: experiment.policy.memory,
+        n_positions: morphology.sensors().len(),
+        n_contacts: morphology.contacts().len(),
+    }
+}
+
+/// What the reward is told of the model.
+fn sensor_layout(experiment: &Experiment, morphology: &Morphology) -> SensorLayout {
+    let group = |group: &svenja::Group| {
+        let position =
+            |(i, id): (usize, &svenja::AxisId)| group.joints.contains(&id.joint).then_some(i);
+        let contact = |(i, body): (usize, &usize)| group.contacts.contains(body).then_some(i);
+        Group {
+            name: group.name.clone(),
+            positions: morphology.sensors().iter().enumerate().filter_map(position).collect(),
+            contacts: morphology.contacts().iter().enumerate().filter_map(contact).collect(),
+        }
+    };
+    SensorLayout {
+        n_positions: morphology.sensors().len(),
+        n_contacts: morphology.contacts().len(),
+        n_bins: 1 << experiment.codec.sensor_bits,
+        groups: morphology.groups().iter().map(group).collect(),
+    }
+}
+
+/// What is recorded of a control step.
+#[must_use]
+pub fn recorded_layout(experiment: &Experiment, morphology: &Morphology) -> Layout {
+    let axes = |ids: &[svenja::AxisId]| ids.iter().map(|&id| morphology.axis_name(id)).collect();
+    let bodies: Vec<_> = morphology.bodies().iter().map(|body| body.name.clone()).collect();
+    let contacts = morphology.contacts().iter().map(|&body| bodies[body].clone());
+    let positions: Vec<String> = axes(morphology.sensors());
+    Layout {
+        actuators: axes(morphology.actuators()),
+        frames_per_step: (experiment.physics_steps_per_control_step()
+            / experiment.record.pose_every) as usize,
+        sensors: positions.into_iter().chain(contacts).collect(),
+        terms: Terms::NAMES.map(str::to_owned).into(),
+        seconds_per_frame: experiment.record.pose_every as f64 / experiment.physics.frequency_hz,
+        bodies,
+    }
+}
