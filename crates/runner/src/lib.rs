@@ -2,6 +2,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod catalogue;
 pub mod cli;
 pub mod commands;
 pub mod experiment;
@@ -16,4 +17,5 @@ pub mod session;
 pub mod store;
 pub mod training;
 
+mod parallel;
 mod rules;

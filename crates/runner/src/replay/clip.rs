@@ -1,15 +1,14 @@
 //! A robot and its motion: the one thing that all ways of showing it start from.
 
-use std::path::Path;
-
 use anyhow::{Context, bail};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use svenja::{Morphology, Shape};
 
 use crate::{
-    experiment::{Experiment, Plan},
+    catalogue::{Catalogue, LabCell},
+    experiment::Experiment,
     reward::ExtrinsicSettings,
-    store::{Recording, Run},
+    store::Recording,
 };
 
 /// Numbers of a pose.
@@ -77,18 +76,17 @@ impl Clip {
     ///
     /// # Errors
     /// What can't be read, is damaged, or isn't there yet.
-    pub fn of_cell(run: &Run, plan: &Plan, index: usize) -> anyhow::Result<Self> {
-        let listed = run.manifest().cells.get(index).context("no such cell in manifest.json")?;
-        let cell = plan.cells().get(index).context("no such cell in experiment.toml")?;
-        let path = run.cell(listed).replay();
+    pub fn of_cell(catalogue: &Catalogue, cell: &LabCell) -> anyhow::Result<Self> {
+        let path = cell.folder.replay();
         let name = || path.display().to_string();
         let recording = Recording::read(&path)?
             .with_context(|| format!("{}: there's none before the first checkpoint", name()))?;
+        let morphology = catalogue.morphology(cell)?;
+        let cell = &cell.cell;
         let title = match cell.setting.as_str() {
             "" => format!("seed {}", cell.seed),
             setting => format!("{setting}, seed {}", cell.seed),
         };
-        let morphology = model(run, &cell.experiment)?;
         Self::new(title, &cell.experiment, morphology, recording).with_context(name)
     }
 
@@ -179,22 +177,6 @@ impl Clip {
         let step = frame / self.recording.layout.frames_per_step;
         self.recording.contacts[step * self.morphology.bodies().len() + body] != 0
     }
-}
-
-/// The run's copy of a cell's model.
-fn model(run: &Run, experiment: &Experiment) -> anyhow::Result<Morphology> {
-    let is_it = |file: &str| {
-        let path = run.model_path(file).canonicalize();
-        path.is_ok_and(|path| path == Path::new(&experiment.model))
-    };
-    let listed = run.manifest().models.iter().find(|model| is_it(&model.file));
-    let listed = listed.with_context(|| {
-        format!("model {} isn't among those of manifest.json", experiment.model)
-    })?;
-    let source = run.model_path(&listed.file).display().to_string();
-    let text =
-        String::from_utf8(run.model(listed)?).with_context(|| format!("{source}: not UTF-8"))?;
-    Ok(Morphology::parse(&source, &text)?)
 }
 
 #[cfg(test)]

@@ -14,14 +14,14 @@ use base64::{Engine, engine::general_purpose::STANDARD};
 use maud::{Markup, html};
 
 use crate::{
-    experiment::Plan,
+    catalogue::{Catalogue, LabCell},
     plots::{self, Drawing, Figure, Omitted},
     replay::{
         Clip,
         page::page,
         viewer::{PAGE_BYTES, Packed},
     },
-    store::{self, CellStatus, status},
+    store::CellStatus,
 };
 
 /// Of all recordings together: a page of 150 cells stays below 15 MB.
@@ -32,8 +32,7 @@ const SVG_BYTES: usize = 700_000;
 
 /// All that the page shows.
 pub struct Report {
-    run: store::Run,
-    plan: Plan,
+    catalogue: Catalogue,
     plots: plots::Run,
     cells: Vec<CellStatus>,
     replays: Packed,
@@ -49,15 +48,12 @@ impl Report {
     /// # Errors
     /// If there's no run, or no update in it yet.
     pub fn read(folder: &Path, progress: &Progress<'_>) -> anyhow::Result<Self> {
-        let run = store::Run::open(folder)?;
-        let plan = Plan::open(&run.experiment_path(), &[])?;
+        let catalogue = Catalogue::open(folder)?;
         let (plots, omitted) =
-            plots::Run::read(folder, &|done, total| progress(done, total, "cells read"))?;
-        let target =
-            |index: usize| plan.cells().get(index).map_or(0, |it| it.experiment.learning.updates);
-        let cells = status(&run, target);
+            plots::Run::read(&catalogue, &|done, total| progress(done, total, "cells read"))?;
+        let cells = catalogue.status();
         let replays = Packed::default();
-        let mut report = Self { run, plan, plots, cells, replays, omitted };
+        let mut report = Self { catalogue, plots, cells, replays, omitted };
         report.read_replays(progress);
         Ok(report)
     }
@@ -67,16 +63,13 @@ impl Report {
         let wanted = self.wanted();
         let each = REPLAY_BYTES / wanted.len().max(1);
         for (i, Wanted { setting, seed, label }) in wanted.iter().enumerate() {
-            let cells = &self.run.manifest().cells;
-            let Some(cell) = cells.iter().find(|it| it.setting == *setting && it.seed == *seed)
-            else {
-                continue;
-            };
+            let is_it = |it: &&LabCell| it.cell.setting == *setting && it.cell.seed == *seed;
+            let Some(cell) = self.catalogue.cells().iter().find(is_it) else { continue };
             let group = if setting.is_empty() { "all cells" } else { setting };
-            match Clip::of_cell(&self.run, &self.plan, cell.index) {
+            match Clip::of_cell(&self.catalogue, cell) {
                 Ok(clip) => self.replays.add(group, label, &clip, each.min(PAGE_BYTES)),
                 Err(error) => {
-                    let omitted = Omitted { cell: cell.folder(), reason: format!("{error:#}") };
+                    let omitted = Omitted::new(&cell.cell, &format_args!("{error:#}"));
                     if !self.omitted.contains(&omitted) {
                         self.omitted.push(omitted);
                     }
@@ -124,12 +117,13 @@ impl Report {
     /// # Errors
     /// What can't be drawn.
     pub fn html(&self, progress: &Progress<'_>) -> anyhow::Result<String> {
-        let name = facts::name(&self.run);
+        let (run, plan) = (self.catalogue.run(), self.catalogue.plan());
+        let name = facts::name(run);
         let figures = self.figures(progress)?;
         let body = html! {
             header {
                 h1 { (name) }
-                (facts::introduction(&self.run, &self.plan, &self.cells))
+                (facts::introduction(run, plan, &self.cells))
                 (facts::problems(&self.cells, &self.omitted))
             }
             main {
@@ -148,7 +142,7 @@ impl Report {
                 h2 { "All settings" }
                 details {
                     summary { "experiment.toml, complete: " code { "itarl train" } " takes it again" }
-                    pre { (self.run.experiment()) }
+                    pre { (run.experiment()) }
                 }
             }
         };

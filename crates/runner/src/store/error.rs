@@ -10,14 +10,14 @@ use std::{
 #[non_exhaustive]
 pub enum Error {
     /// The operating system refused.
-    #[error("{}: {doing}: {source}", path.display())]
+    #[error("{}: {doing}: {cause}", path.display())]
     Io {
         /// The file or folder.
         path: PathBuf,
         /// What was being done with it, as in "writing".
         doing: &'static str,
-        /// Why it didn't work.
-        source: io::Error,
+        /// Why it didn't work. Not called `source`: whoever prints a chain of errors has it already.
+        cause: io::Error,
     },
     /// A file isn't as it was written. Nothing was overwritten.
     #[error("{}: damaged: {what}", path.display())]
@@ -44,6 +44,16 @@ pub enum Error {
     /// Another process writes there.
     #[error("{}: another process is at work in this folder; wait for it or end it", path.display())]
     Locked {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The folder that this process locked is no longer the one at its path.
+    #[error(
+        "{}: no longer the folder that this process works in: it was renamed or removed, or its lock \
+         was, and another process may be at work here; nothing was written",
+        path.display()
+    )]
+    Moved {
         /// The folder.
         path: PathBuf,
     },
@@ -76,6 +86,20 @@ pub enum Error {
     OtherCell {
         /// The checkpoint.
         path: PathBuf,
+    },
+    /// A checkpoint with more updates than its experiment has.
+    #[error(
+        "{}: damaged: it has {updates} updates, and the experiment ends at {most}; put the right file \
+         back, or delete the cell's folder to begin it again",
+        path.display()
+    )]
+    Beyond {
+        /// The checkpoint.
+        path: PathBuf,
+        /// What it says.
+        updates: u64,
+        /// `learning.updates`
+        most: u64,
     },
     /// An argument without meaning here.
     #[error("{call}: {argument} must be {expected}, got {value}")]
@@ -147,7 +171,7 @@ pub(crate) trait At<T> {
 
 impl<T> At<T> for io::Result<T> {
     fn at(self, path: &Path, doing: &'static str) -> Result<T, Error> {
-        self.map_err(|source| Error::Io { path: path.into(), doing, source })
+        self.map_err(|cause| Error::Io { path: path.into(), doing, cause })
     }
 }
 

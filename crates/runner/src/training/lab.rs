@@ -9,12 +9,12 @@ use anyhow::{Context, bail};
 use config::Problems;
 use svenja::Morphology;
 use toml::{Table, Value};
-use xxhash_rust::xxh3::xxh3_64;
 
 use crate::{
+    catalogue::{Catalogue, LabCell},
     experiment::{Cell, Experiment, Plan},
     session::Session,
-    store::{self, Bullet, CellFolder, NewRun, Precision, Run},
+    store::{self, Bullet, NewRun, Precision, Run},
 };
 
 /// Where a run folder keeps the models, seen from its experiment file.
@@ -22,27 +22,9 @@ const MODELS: &str = "models";
 
 /// A run opened for work.
 pub struct Lab {
-    run: Run,
-    cells: Vec<LabCell>,
-    models: Vec<Model>,
-}
-
-/// A cell of a run.
-pub struct LabCell {
-    /// Setting, seed and all other settings.
-    pub cell: Cell,
-    /// Where its files are.
-    pub folder: CellFolder,
-    /// What its checkpoints are known by.
-    pub identity: u64,
-    /// Index of its robot.
-    pub(super) model: usize,
-}
-
-struct Model {
-    path: String,
-    xxh3: u64,
-    morphology: Morphology,
+    catalogue: Catalogue,
+    /// In the order of `manifest.json`.
+    morphologies: Vec<Morphology>,
 }
 
 /// The physics engine of this program.
@@ -100,62 +82,33 @@ impl Lab {
 
     fn of(run: Run) -> anyhow::Result<Self> {
         run.require(this_bullet())?;
-        let plan = Plan::open(&run.experiment_path(), &[])?;
-        let mut models: Vec<Model> = Vec::new();
-        for model in &run.manifest().models {
-            let path = run.model_path(&model.file);
-            let bytes = run.model(model)?;
-            let source = path.display().to_string();
-            let text = String::from_utf8(bytes).with_context(|| format!("{source}: not UTF-8"))?;
-            let path = path.canonicalize().with_context(|| source.clone())?;
-            models.push(Model {
-                path: path.display().to_string(),
-                xxh3: model.xxh3.0,
-                morphology: Morphology::parse(&source, &text)?,
-            });
-        }
-        let manifest = run.manifest().cells.clone();
-        let mut cells = Vec::new();
-        for (cell, listed) in plan.cells().iter().zip(&manifest) {
-            let path = &cell.experiment.model;
-            let Some(model) = models.iter().position(|model| model.path == *path) else {
-                bail!(
-                    "{}: model {path} isn't among those of manifest.json",
-                    run.folder().display()
-                );
-            };
-            let identity = identity(cell, models[model].xxh3);
-            cells.push(LabCell { cell: cell.clone(), folder: run.cell(listed), identity, model });
-        }
-        let same = |cell: &LabCell, listed: &store::Cell| {
-            (&cell.cell.setting, cell.cell.seed) == (&listed.setting, listed.seed)
-        };
-        let fits = plan.cells().len() == manifest.len();
-        if !fits || !cells.iter().zip(&manifest).all(|(cell, listed)| same(cell, listed)) {
-            bail!(
-                "{}: manifest.json lists other cells than experiment.toml has",
-                run.folder().display()
-            );
-        }
-        Ok(Self { run, cells, models })
+        let catalogue = Catalogue::of(run)?;
+        let morphologies = catalogue.morphologies()?;
+        Ok(Self { catalogue, morphologies })
+    }
+
+    /// The run with its cells.
+    #[must_use]
+    pub fn catalogue(&self) -> &Catalogue {
+        &self.catalogue
     }
 
     /// The run's folder.
     #[must_use]
     pub fn run(&self) -> &Run {
-        &self.run
+        self.catalogue.run()
     }
 
     /// All cells, by index.
     #[must_use]
     pub fn cells(&self) -> &[LabCell] {
-        &self.cells
+        self.catalogue.cells()
     }
 
     /// The robot of a cell.
     #[must_use]
     pub fn morphology(&self, cell: &LabCell) -> &Morphology {
-        &self.models[cell.model].morphology
+        &self.morphologies[cell.model]
     }
 }
 
@@ -251,14 +204,4 @@ fn in_folder(plan: &Plan, files: &[ModelFile]) -> anyhow::Result<String> {
         models.iter_mut().for_each(rename);
     }
     Ok(table.to_string())
-}
-
-/// Of setting, seed, model and all settings, wherever the run is and however far it goes.
-fn identity(cell: &Cell, model_xxh3: u64) -> u64 {
-    let mut experiment = cell.experiment.clone();
-    experiment.description = None;
-    experiment.model = format!("{model_xxh3:016x}");
-    experiment.learning.updates = 0;
-    let text = format!("{}\n{}\n{}", cell.setting, cell.seed, experiment.to_toml());
-    xxh3_64(text.as_bytes())
 }

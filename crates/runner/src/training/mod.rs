@@ -6,9 +6,11 @@ mod pool;
 mod stop;
 
 pub use cell::Ending;
-pub use lab::{Lab, LabCell, this_bullet};
+pub use lab::{Lab, this_bullet};
 pub use pool::{Observer, Trained, train_all};
 pub use stop::Stop;
+
+pub use crate::catalogue::LabCell;
 
 /// How far a call goes.
 #[derive(Clone, Copy, Debug, Default)]
