@@ -81,7 +81,7 @@ fn files_that_cannot_grow_are_reported() {
         said.prints(&["0 of 4 cells done, 4 failed"]);
     };
     limited(0, "metrics.csv", "appending");
-    limited(1, "checkpoint", "writing");
+    limited(2, "checkpoint", "writing");
     itarl(&["resume", text(&run)]).ends(DONE);
     assert_same(&results(&run), &through());
 }

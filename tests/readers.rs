@@ -280,7 +280,8 @@ fn a_forgotten_process_writes_nothing_into_another_run() {
     // With a checkpoint every few milliseconds, until it's stopped.
     let words = train_words(&run, &["--set", "learning.updates=1000000"]);
     let forgotten = start(&words);
-    wait_until(|| run.join("cells/xi=1/seed=2/checkpoint").exists());
+    let cells = ["xi=0.75/seed=1", "xi=0.75/seed=2", "xi=1/seed=1", "xi=1/seed=2"];
+    wait_until(|| cells.iter().all(|it| run.join("cells").join(it).join("checkpoint").exists()));
     signal(&forgotten, "STOP");
     fs::rename(&run, &renamed).unwrap();
     train(&run, &[]).ends(DONE);

@@ -89,8 +89,11 @@ pub fn observer<'a>(lab: &Lab, cells: impl IntoIterator<Item = &'a LabCell>) -> 
     for cell in cells {
         let learning = &cell.cell.experiment.learning;
         let saved = Header::read(&cell.folder.checkpoint()).ok().flatten();
-        work.total += learning.updates * learning.steps_per_update;
-        work.done += saved.map_or(0, |header| header.control_steps);
+        let total = learning.updates.saturating_mul(learning.steps_per_update);
+        // What a damaged checkpoint says is found out when it's opened.
+        let done = saved.map_or(0, |header| header.control_steps).min(total);
+        work.total = work.total.saturating_add(total);
+        work.done = work.done.saturating_add(done);
         work.n_cells += 1;
     }
     let name = lab.run().folder().display().to_string();
