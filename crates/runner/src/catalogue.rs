@@ -229,3 +229,22 @@ fn identity(cell: &Cell, model_xxh3: u64) -> u64 {
     let text = format!("{}\n{}\n{}", cell.setting, cell.seed, experiment.to_toml());
     xxh3_64(text.as_bytes())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As in the checkpoints of runs that are there: others would be refused.
+    #[test]
+    fn identities_do_not_change_with_versions() {
+        let quick = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments/quick.toml");
+        let changes = ["checkpoint.every=6", "learning.updates=12"].map(str::to_owned);
+        let plan = Plan::open(&quick, &changes).unwrap();
+        let cells = plan.cells();
+        let identity = |cell| format!("{:016x}", identity(cell, 0xfd1a_2299_37d3_bdd4));
+        assert_eq!(cells[0].folder(), Path::new("xi=0.75/seed=1"));
+        assert_eq!(identity(&cells[0]), "0ea4cc31311e4ae5");
+        assert_eq!(cells[15].folder(), Path::new("xi=1/seed=8"));
+        assert_eq!(identity(&cells[15]), "3f47c3baa87971e0");
+    }
+}

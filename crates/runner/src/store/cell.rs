@@ -337,7 +337,10 @@ mod tests {
         let (mut forgotten, _) = OpenCell::open(folder.clone(), EXPECTED).unwrap();
         let renamed = parent.path().join("renamed");
         fs::rename(folder.path(), &renamed).unwrap();
-        let is_refused = |result: Result<(), Error>| matches!(result, Err(Error::Moved { path }) if path == folder.path());
+        let is_refused = |result| match result {
+            Err(Error::Moved { path }) => path == folder.path(),
+            _ => false,
+        };
         assert!(is_refused(forgotten.save(snapshot(5))));
         assert!(!folder.path().exists());
 
