@@ -6,7 +6,6 @@ mod common;
 use std::{
     collections::BTreeMap,
     fs::{self, File},
-    os::unix::fs::symlink,
     path::{Path, PathBuf},
     process::{Command, Stdio},
     thread,
@@ -37,41 +36,53 @@ fn status_of_others(run: &Path) {
     itarl(&["status", text(run)]).prints(&["3 done"]);
 }
 
+/// As on a full disk (`ENOSPC` itself is tried beside the code that writes): a folder has the name
+/// of the temporary file.
 #[test]
-fn a_full_disk_costs_nothing_that_was_saved() {
+fn a_file_that_cannot_be_written_costs_nothing_that_was_saved() {
     let through = through();
     for file in ["checkpoint", "policy.safetensors", "replay.safetensors"] {
         let (_folder, run, cell) = stopped();
         let saved = fs::read(cell.join("checkpoint")).unwrap();
-        symlink("/dev/full", cell.join(format!("{file}.tmp"))).unwrap();
-        let place = format!("{}: writing: No space left on device", cell.join(file).display());
+        let in_the_way = cell.join(format!("{file}.tmp"));
+        fs::create_dir(&in_the_way).unwrap();
+        let place = format!("{}: removing what is in the way: ", in_the_way.display());
         let said = itarl(&["resume", text(&run)]).ends(FAILED).complains(&[&place]);
         said.prints(&["3 of 4 cells done, 1 failed"]);
         status_of_others(&run);
         if file == "checkpoint" {
             assert!(fs::read(cell.join(file)).unwrap() == saved, "the older one stays");
         }
-        // There's room again: the program took the link away.
+        fs::remove_dir(&in_the_way).unwrap();
         itarl(&["resume", text(&run)]).ends(DONE);
         assert_same(&results(&run), &through);
     }
 }
 
+/// `ulimit -f`: the system's signal ends a process without a word, if it isn't caught.
 #[test]
-fn metrics_that_cannot_grow_are_reported() {
+fn files_that_cannot_grow_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let run = folder.path().join("run");
     // Stopped before it began anything: the folder is there, and no cell is.
     train(&run, &["--stop-after", "0"]).ends(STOPPED);
-    let cell = run.join("cells/xi=1/seed=1");
-    fs::create_dir_all(&cell).unwrap();
-    let metrics = cell.join("metrics.csv");
-    fs::remove_file(&metrics).ok();
-    symlink("/dev/full", &metrics).unwrap();
-    let place = format!("{}: appending: No space left on device", metrics.display());
-    itarl(&["resume", text(&run)]).ends(FAILED).complains(&[&place]);
-    status_of_others(&run);
-    fs::remove_file(&metrics).unwrap();
+    let limited = |blocks: u32, file: &str, doing: &str| {
+        let limit = format!("ulimit -f {blocks}; exec \"$0\" \"$@\"");
+        let resume = command(&["resume", text(&run)]);
+        let mut shell = std::process::Command::new("bash");
+        shell.args(["-c", &limit]).arg(resume.get_program()).args(resume.get_args());
+        let said = Said::of(shell.output().unwrap()).ends(FAILED);
+        for cell in ["xi=0.75/seed=1", "xi=0.75/seed=2", "xi=1/seed=1", "xi=1/seed=2"] {
+            let path = run.join("cells").join(cell).join(file);
+            assert!(
+                said.err.contains(&format!("{}: {doing}: File too large", path.display())),
+                "{said:?}"
+            );
+        }
+        said.prints(&["0 of 4 cells done, 4 failed"]);
+    };
+    limited(0, "metrics.csv", "appending");
+    limited(2, "checkpoint", "writing");
     itarl(&["resume", text(&run)]).ends(DONE);
     assert_same(&results(&run), &through());
 }

@@ -46,6 +46,9 @@ impl Said {
         assert_eq!(self.code, Some(code), "{self:?}");
         // A panic's message, whatever the code.
         assert!(!self.err.contains("panicked"), "{self:?}");
+        // The system's text, once in each line.
+        let twice = |line: &str| line.matches("(os error ").count() > 1;
+        assert!(!self.err.lines().any(twice), "{self:?}");
         self
     }
 

@@ -46,10 +46,16 @@ pub enum Error {
     },
     /// Bytes that can't be restored.
     #[error("snapshot: {0}")]
-    Snapshot(#[from] SnapshotError),
+    Snapshot(SnapshotError),
     /// Something that C++ threw and the shim didn't foresee, out of memory for one.
     #[error("C++: {0}")]
     Cpp(String),
+}
+
+impl From<SnapshotError> for Error {
+    fn from(error: SnapshotError) -> Self {
+        Self::Snapshot(error)
+    }
 }
 
 /// Takes apart the record of `cpp/refusal.h`.

@@ -21,12 +21,14 @@ use rand_chacha::{
     rand_core::{Rng, SeedableRng},
 };
 use runner::{
+    catalogue::{Catalogue, LabCell},
     plots::{self, FIGURES, Options},
     report::Report,
     reward::Terms,
-    store::{self, Bullet, Cell, Layout, NewRun, Precision, Recording},
+    store::{self, Bullet, Cell, Checkpoint, Extent, Header, Layout, NewRun, Precision, Recording},
 };
 use svenja::Morphology;
+use xxhash_rust::xxh3::xxh3_64;
 
 const MODEL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/svenja.toml");
 
@@ -46,9 +48,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
 
     let start = Instant::now();
-    let (run, omitted) = plots::Run::read(&folder, &|_, _| {})?;
+    let catalogue = Catalogue::open(&folder)?;
+    let (run, omitted) = plots::Run::read(&catalogue, &|_, _| {})?;
     omitted.iter().for_each(|it| println!("{it}"));
     println!("{:6.2} s  read", start.elapsed().as_secs_f64());
+    let begin = Instant::now();
+    let cells = Catalogue::open(&folder)?.status();
+    println!("{:6.2} s  status of {} cells", begin.elapsed().as_secs_f64(), cells.len());
     let out = folder.join("plots");
     fs::create_dir_all(&out)?;
     for figure in &FIGURES {
@@ -114,16 +120,31 @@ fn make(
         seeds: (1..=n_instances as u64).collect(),
         cells: cells.collect(),
     };
-    let run = store::Run::create(folder, &new)?;
-    for cell in &run.manifest().cells {
-        let cell_folder = run.cell(cell);
-        fs::create_dir_all(cell_folder.path())?;
+    let catalogue = Catalogue::of(store::Run::create(folder, &new)?)?;
+    for LabCell { cell, folder, identity, .. } in catalogue.cells() {
+        fs::create_dir_all(folder.path())?;
         let mut random = ChaCha8Rng::seed_from_u64(cell.index as u64);
         let xi = xi(cell.index / n_instances);
-        write_metrics(&cell_folder.metrics(), n_updates, xi, &mut random)?;
-        fs::write(cell_folder.replay(), recording(xi, &morphology, &mut random).encode()?)?;
+        write_metrics(&folder.metrics(), n_updates, xi, &mut random)?;
+        let recording = recording(xi, &morphology, &mut random);
+        checkpoint(&folder.metrics(), *identity, n_updates as u64, recording.section()?)?
+            .write(&folder.checkpoint())?;
+        fs::write(folder.replay(), recording.encode()?)?;
     }
     Ok(())
+}
+
+/// One as a reader needs it: nothing goes on from it.
+fn checkpoint(
+    metrics: &Path,
+    identity: u64,
+    updates: u64,
+    recording: Vec<u8>,
+) -> std::io::Result<Checkpoint> {
+    let rows = fs::read(metrics)?;
+    let metrics = Extent { length: rows.len() as u64, xxh3: xxh3_64(&rows) };
+    let header = Header { identity, updates, control_steps: 100 * updates, metrics };
+    Ok(Checkpoint { header, sections: [("recording".to_string(), recording)].into() })
 }
 
 /// Uniform in 0 to 1.

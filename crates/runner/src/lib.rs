@@ -2,6 +2,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod catalogue;
 pub mod cli;
 pub mod commands;
 pub mod experiment;
@@ -18,4 +19,5 @@ pub mod training;
 
 mod models;
 mod numbers;
+mod parallel;
 mod rules;

@@ -16,11 +16,9 @@ pub(crate) fn paths(run: &Run) -> Vec<String> {
     run.manifest().models.iter().map(|model| absolute(&run.model_path(&model.file))).collect()
 }
 
-/// Which of these an experiment names.
-pub(crate) fn index(paths: &[String], experiment: &Experiment) -> anyhow::Result<usize> {
-    let model = &experiment.model;
-    let found = paths.iter().position(|path| path == model);
-    found.with_context(|| format!("model {model} isn't among those of manifest.json"))
+/// Which of these an experiment names, if any.
+pub(crate) fn index(paths: &[String], experiment: &Experiment) -> Option<usize> {
+    paths.iter().position(|path| *path == experiment.model)
 }
 
 /// The robot of a copy.

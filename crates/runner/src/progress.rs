@@ -88,8 +88,10 @@ pub fn observer<'a>(lab: &Lab, cells: impl IntoIterator<Item = &'a LabCell>) -> 
     let mut work = Work::begin(Instant::now());
     for cell in cells {
         let saved = Header::read(&cell.folder.checkpoint()).ok().flatten();
+        // What a damaged checkpoint says is found out when it's opened.
+        let done = saved.map_or(0, |header| header.control_steps).min(all_steps(cell));
         work.total = work.total.saturating_add(all_steps(cell));
-        work.stands(cell.cell.index, saved.map_or(0, |header| header.control_steps));
+        work.stands(cell.cell.index, done);
     }
     let name = lab.run().folder().display().to_string();
     match stderr().is_terminal() {

@@ -24,14 +24,14 @@ pub enum Error {
         value: String,
     },
     /// A part of the robot blew up.
-    #[error("{source} (body '{body}'{})", joint.as_ref().map(|j| format!(" of joint '{j}'")).unwrap_or_default())]
+    #[error("{cause} (body '{body}'{})", joint.as_ref().map(|j| format!(" of joint '{j}'")).unwrap_or_default())]
     BlewUp {
         /// The body's name.
         body: String,
         /// The joint that has it as its child, if there is one.
         joint: Option<String>,
         /// What the world says.
-        source: Box<bullet::Error>,
+        cause: Box<bullet::Error>,
     },
     /// A world that the robot isn't in.
     #[error("this world doesn't have the robot's bodies and joints")]
@@ -311,7 +311,7 @@ impl Robot {
         Error::BlewUp {
             body: self.parts[part].name.clone(),
             joint: joint.map(|(name, _)| name.clone()),
-            source: Box::new(error),
+            cause: Box::new(error),
         }
     }
 

@@ -17,6 +17,7 @@ use std::{
     process::ExitCode,
 };
 
+use anyhow::Context;
 use clap::CommandFactory;
 use config::{Problem, Problems};
 
@@ -69,7 +70,7 @@ pub fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "itarl", &mut script);
-            io::stdout().write_all(&script)?;
+            print(&script)?;
             Ok(Outcome::Done)
         }
     }
@@ -85,6 +86,11 @@ fn open(arguments: &ExperimentFile) -> Result<Plan, Problems> {
 }
 
 /// Prints a text and a line break.
-fn say(text: impl std::fmt::Display) -> io::Result<()> {
-    writeln!(io::stdout(), "{text}")
+fn say(text: impl std::fmt::Display) -> anyhow::Result<()> {
+    print(format!("{text}\n").as_bytes())
+}
+
+fn print(bytes: &[u8]) -> anyhow::Result<()> {
+    let mut out = io::stdout();
+    out.write_all(bytes).and_then(|()| out.flush()).context("standard output: writing")
 }

@@ -25,7 +25,7 @@ pub(super) fn model(arguments: &Model) -> anyhow::Result<Outcome> {
 /// All files are looked at, whatever is wrong with some.
 fn each(
     files: &[PathBuf],
-    with: impl Fn(&Path, &Morphology) -> std::io::Result<()>,
+    with: impl Fn(&Path, &Morphology) -> anyhow::Result<()>,
 ) -> anyhow::Result<Outcome> {
     let mut outcome = Outcome::Done;
     for file in files {

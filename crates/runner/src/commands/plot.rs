@@ -6,6 +6,7 @@ use anyhow::Context;
 
 use super::{Outcome, say};
 use crate::{
+    catalogue::Catalogue,
     cli::{Format, Plot},
     plots::{self, Error, FIGURES, Figure, Options, Run},
     progress::{Counter, tell},
@@ -14,8 +15,9 @@ use crate::{
 
 pub(super) fn plot(arguments: &Plot) -> anyhow::Result<Outcome> {
     let counter = Counter::new(arguments.run.display().to_string());
+    let catalogue = Catalogue::open(&arguments.run)?;
     let (run, omitted) =
-        Run::read(&arguments.run, &|done, total| counter.report(done, total, "cells read"))?;
+        Run::read(&catalogue, &|done, total| counter.report(done, total, "cells read"))?;
     counter.aside(|| omitted.iter().for_each(tell));
 
     let folder = arguments.run.join("plots");

@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use maud::html;
 use svenja::Morphology;
 
 use super::{Outcome, say, subject::Subject};
 use crate::{
+    catalogue::Catalogue,
     cli::{Replay, Size},
-    experiment::Plan,
     progress::Counter,
     replay::{
         Clip, figure,
@@ -19,7 +19,7 @@ use crate::{
         viewer,
     },
     rollout::record,
-    store::{Run, atomic},
+    store::atomic,
 };
 
 const GIF_SIZE: Size = Size { width: 480, height: 320 };
@@ -101,16 +101,9 @@ fn page_name(what: &Path) -> PathBuf {
 
 /// What a cell has recorded.
 fn recorded(folder: &Path) -> anyhow::Result<Clip> {
-    let not_a_cell = || {
-        format!("{}: a cell's folder expected, DIR/cells/SETTING/seed=N of a run", folder.display())
-    };
-    let folder = folder.canonicalize().with_context(not_a_cell)?;
-    let run = folder.ancestors().nth(3).with_context(not_a_cell)?;
-    let run = Run::open(run).with_context(not_a_cell)?;
-    let plan = Plan::written(&run.experiment_path(), run.experiment())?;
-    let is_here = |path: &Path| path.canonicalize().is_ok_and(|path| path == folder);
-    let index = run.manifest().cells.iter().position(|cell| is_here(run.cell(cell).path()));
-    Clip::of_cell(&run, &plan, index.with_context(not_a_cell)?)
+    let (catalogue, cell) = Catalogue::of_cell(folder)?;
+    catalogue.check(&cell)?;
+    Clip::of_cell(&catalogue, &cell)
 }
 
 /// What a policy does now.

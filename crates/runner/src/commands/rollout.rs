@@ -14,7 +14,7 @@ use crate::{
 
 pub(super) fn rollout(arguments: &Rollout) -> anyhow::Result<Outcome> {
     let subject = Subject::open(&arguments.what)?;
-    let default = if subject.folder.is_some() { "learned" } else { "neutral" };
+    let default = if subject.cell.is_some() { "learned" } else { "neutral" };
     let policy = arguments.policy.as_deref().unwrap_or(default);
     let mut driver = subject.driver(policy, arguments.seed)?;
     let mut table = arguments.csv.is_some().then(|| header(&subject.morphology));

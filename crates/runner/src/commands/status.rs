@@ -6,16 +6,12 @@ use comfy_table::{CellAlignment, Table, presets::ASCII_MARKDOWN};
 
 use super::{Outcome, say};
 use crate::{
-    experiment::Plan,
-    store::{CellStatus, Row, Run, State, status as look},
+    catalogue::Catalogue,
+    store::{CellStatus, Row, State},
 };
 
 pub(super) fn status(folder: &Path) -> anyhow::Result<Outcome> {
-    let run = Run::open(folder)?;
-    let plan = Plan::written(&run.experiment_path(), run.experiment())?;
-    let target_of =
-        |index: usize| plan.cells().get(index).map_or(0, |cell| cell.experiment.learning.updates);
-    let cells = look(&run, target_of);
+    let cells = Catalogue::open(folder)?.status();
     say(table(&cells))?;
     say(summary(&cells))?;
     let broken = |cell: &&CellStatus| matches!(cell.state, State::Failed(_) | State::Unreadable(_));

@@ -8,19 +8,20 @@ use crbm::{Layout, Policy, Sampling};
 use svenja::Morphology;
 
 use crate::{
+    catalogue::{Catalogue, LabCell},
     experiment::Experiment,
     gait::Gait,
     rollout::Driver,
-    store::{CellFolder, atomic},
-    training::Lab,
+    store::atomic,
+    training::this_bullet,
 };
 
 /// What is rolled out.
 pub(super) struct Subject {
     pub(super) experiment: Experiment,
     pub(super) morphology: Morphology,
-    /// Of a cell.
-    pub(super) folder: Option<CellFolder>,
+    /// Who learned it.
+    pub(super) cell: Option<(Catalogue, LabCell)>,
 }
 
 impl Subject {
@@ -33,12 +34,13 @@ impl Subject {
     pub(super) fn driver(&self, policy: &str, seed: u64) -> anyhow::Result<Driver> {
         match policy {
             "learned" => {
-                let Some(folder) = &self.folder else {
+                let Some((catalogue, cell)) = &self.cell else {
                     bail!(
                         "--policy learned: a model alone has learned nothing; name a cell's folder"
                     );
                 };
-                Ok(Driver::learned(read_policy(&folder.policy(), &self.experiment)?, seed))
+                catalogue.check(cell)?;
+                Ok(Driver::learned(read_policy(&cell.folder.policy(), &self.experiment)?, seed))
             }
             "random" => Ok(Driver::random(seed)),
             "neutral" => Ok(Driver::Neutral),
@@ -56,19 +58,12 @@ impl Subject {
 }
 
 fn cell(folder: &Path) -> anyhow::Result<Subject> {
-    let not_a_cell = || {
-        format!("{}: a cell's folder expected, DIR/cells/SETTING/seed=N of a run", folder.display())
-    };
-    let folder = folder.canonicalize().with_context(not_a_cell)?;
-    let run = folder.ancestors().nth(3).with_context(not_a_cell)?;
-    let lab = Lab::open(run, None).with_context(not_a_cell)?;
-    let is_here = |path: &Path| path.canonicalize().is_ok_and(|path| path == folder);
-    let cell = lab.cells().iter().find(|cell| is_here(cell.folder.path()));
-    let cell = cell.with_context(not_a_cell)?;
+    let (catalogue, cell) = Catalogue::of_cell(folder)?;
+    catalogue.run().require(this_bullet())?;
     Ok(Subject {
         experiment: cell.cell.experiment.clone(),
-        morphology: lab.morphology(cell).clone(),
-        folder: Some(cell.folder.clone()),
+        morphology: catalogue.morphology(&cell)?,
+        cell: Some((catalogue, cell)),
     })
 }
 
@@ -77,7 +72,7 @@ fn model(path: &Path) -> anyhow::Result<Subject> {
     let morphology = Morphology::open(path)?;
     let text = format!("model = {}", toml::Value::String(path.display().to_string()));
     let experiment = Document::parse("defaults", &text)?.read(Experiment::read)?;
-    Ok(Subject { experiment, morphology, folder: None })
+    Ok(Subject { experiment, morphology, cell: None })
 }
 
 fn read_policy(path: &Path, experiment: &Experiment) -> anyhow::Result<Policy> {

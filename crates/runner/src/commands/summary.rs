@@ -17,8 +17,11 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::{Outcome, say};
 use crate::{
+    catalogue::{Catalogue, LabCell},
     cli::{Summary, Updates},
-    store::{Row, Run, read_all},
+    plots::Omitted,
+    progress::tell,
+    store::Row,
 };
 
 /// What an instance did in early and in late updates.
@@ -29,15 +32,22 @@ struct Instance {
 }
 
 pub(super) fn summary(arguments: &Summary) -> anyhow::Result<Outcome> {
-    let run = Run::open(&arguments.run)?;
+    let catalogue = Catalogue::open(&arguments.run)?;
+    let mut outcome = Outcome::Done;
     let mut settings: BTreeMap<usize, (String, Vec<Instance>)> = BTreeMap::new();
     let mut windows = None;
-    for cell in &run.manifest().cells {
-        let path = run.cell(cell).metrics();
-        if !path.exists() {
-            continue;
-        }
-        let rows = read_all(&path)?;
+    for lab_cell in catalogue.cells() {
+        let LabCell { cell, folder, .. } = lab_cell;
+        let path = folder.metrics();
+        let rows = match catalogue.rows(lab_cell) {
+            Ok(rows) if rows.is_empty() && !path.exists() => continue,
+            Ok(rows) => rows,
+            Err(error) => {
+                tell(Omitted::new(cell, &error));
+                outcome = Outcome::Failed;
+                continue;
+            }
+        };
         let [early, late] = *windows.get_or_insert_with(|| chosen(arguments, rows.len() as u64));
         let (Some(first), Some(second)) = (means(&rows, early), means(&rows, late)) else {
             say(format_args!("{}: left out, it has {} updates", path.display(), rows.len()))?;
@@ -52,12 +62,12 @@ pub(super) fn summary(arguments: &Summary) -> anyhow::Result<Outcome> {
         });
     }
     let Some([early, late]) = windows.filter(|_| !settings.is_empty()) else {
-        bail!("{}: no cell has the updates that are asked for", run.folder().display());
+        bail!("{}: no cell has the updates that are asked for", arguments.run.display());
     };
     say(format_args!("means over updates {early} (early) and {late} (late)"))?;
     say(table(settings.values()))?;
     say("p: one-sided paired t-test of R_Loc, late above early, over a setting's seeds")?;
-    Ok(Outcome::Done)
+    Ok(outcome)
 }
 
 /// As asked, or the first and the last tenth of so many updates.

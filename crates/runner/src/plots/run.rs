@@ -4,15 +4,17 @@
 
 use std::{
     collections::BTreeSet,
-    iter,
-    num::NonZero,
-    path::{Path, PathBuf},
+    path::PathBuf,
     sync::atomic::{AtomicUsize, Ordering},
-    thread,
 };
 
 use super::{Contacts, Error, Outcome, choice};
-use crate::store::{self, Cell, CellFolder, Recording, Row};
+use crate::{
+    catalogue::{Catalogue, LabCell},
+    experiment::Cell,
+    parallel,
+    store::{self, CellFolder, Recording, Row},
+};
 
 /// Beyond it a number isn't one that learning gives, and its square has no place in an f64.
 const LARGEST: f64 = 1e100;
@@ -70,6 +72,12 @@ pub struct Omitted {
     pub reason: String,
 }
 
+impl Omitted {
+    pub(crate) fn new(cell: &Cell, error: &dyn std::fmt::Display) -> Self {
+        Self { cell: cell.folder().display().to_string(), reason: error.to_string() }
+    }
+}
+
 impl std::fmt::Display for Omitted {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(formatter, "{}: left out: {}", self.cell, self.reason)
@@ -77,24 +85,30 @@ impl std::fmt::Display for Omitted {
 }
 
 impl Run {
-    /// Reads a run folder, finished or not. `progress` is told how many of how many cells are read,
-    /// from any thread.
+    /// Reads a run, finished or not. `progress` is told how many of how many cells are read, from any
+    /// thread.
     ///
     /// # Errors
-    /// If there's no run, or no update in it yet.
+    /// If there's no update in it yet.
     pub fn read(
-        folder: &Path,
+        catalogue: &Catalogue,
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<(Self, Vec<Omitted>), Error> {
-        let run = store::Run::open(folder)?;
-        let cells = &run.manifest().cells;
+        let folder = catalogue.run().folder();
+        let cells = catalogue.cells();
+        let n_read = AtomicUsize::new(0);
+        let instances = parallel::map(cells, |cell| {
+            let read = Instance::read(catalogue, cell);
+            progress(n_read.fetch_add(1, Ordering::Relaxed) + 1, cells.len());
+            read
+        });
         let mut omitted = Vec::new();
         let mut settings: Vec<Setting> = Vec::new();
-        for (cell, read) in cells.iter().zip(read_all(&run, progress)) {
+        for (LabCell { cell, .. }, read) in cells.iter().zip(instances) {
             let instance = match read {
                 Ok(instance) => instance,
                 Err(error) => {
-                    omitted.push(Omitted { cell: cell.folder(), reason: error.to_string() });
+                    omitted.push(Omitted::new(cell, &error));
                     None
                 }
             };
@@ -160,15 +174,15 @@ impl Instance {
     }
 
     /// None if there's no update yet.
-    fn read(folder: &CellFolder, cell: &Cell) -> Result<Option<Self>, store::Error> {
-        let path = folder.metrics();
-        let rows = store::read_all(&path)?;
+    fn read(catalogue: &Catalogue, cell: &LabCell) -> Result<Option<Self>, store::Error> {
+        let rows = catalogue.rows(cell)?;
+        let LabCell { cell, folder, .. } = cell;
         if let Some(what) = rows.iter().enumerate().find_map(|(i, row)| wrong(i, row)) {
-            return Err(store::Error::Damaged { path, what });
+            return Err(store::Error::Damaged { path: folder.metrics(), what });
         }
         let column = |of: fn(&Row) -> f64| rows.iter().map(of).collect();
         Ok((!rows.is_empty()).then(|| Self {
-            cell: cell.folder(),
+            cell: cell.folder().display().to_string(),
             seed: cell.seed,
             folder: folder.path().into(),
             reward: column(|row| row.reward),
@@ -190,39 +204,4 @@ fn wrong(i: usize, row: &Row) -> Option<String> {
     let (name, value) =
         values.into_iter().find(|(_, value)| value.is_nan() || value.abs() > LARGEST)?;
     Some(format!("line {}: {name} must be within -1e100 to 1e100, got {value}", i + 2))
-}
-
-/// The cells in their order, read by as many threads as there are cores.
-fn read_all(
-    run: &store::Run,
-    progress: &(dyn Fn(usize, usize) + Sync),
-) -> Vec<Result<Option<Instance>, store::Error>> {
-    let cells = &run.manifest().cells;
-    let n_cells = cells.len();
-    let n_threads = thread::available_parallelism().map_or(1, NonZero::get).min(n_cells);
-    let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let work = || {
-        let cells =
-            iter::from_fn(|| cells.iter().enumerate().nth(next.fetch_add(1, Ordering::Relaxed)));
-        cells
-            .map(|(i, cell)| {
-                let read = Instance::read(&run.cell(cell), cell);
-                progress(done.fetch_add(1, Ordering::Relaxed) + 1, n_cells);
-                (i, read)
-            })
-            .collect::<Vec<_>>()
-    };
-    let mut all = thread::scope(|scope| {
-        let threads: Vec<_> = (1..n_threads).map(|_| scope.spawn(work)).collect();
-        let mut all = work();
-        for thread in threads {
-            match thread.join() {
-                Ok(read) => all.extend(read),
-                Err(panic) => std::panic::resume_unwind(panic),
-            }
-        }
-        all
-    });
-    all.sort_by_key(|&(i, _)| i);
-    all.into_iter().map(|(_, read)| read).collect()
 }

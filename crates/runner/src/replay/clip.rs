@@ -5,10 +5,10 @@ use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
 use svenja::{Morphology, Shape, centre_of_gravity_m};
 
 use crate::{
-    experiment::{Experiment, Plan},
-    models,
+    catalogue::{Catalogue, LabCell},
+    experiment::Experiment,
     reward::ExtrinsicSettings,
-    store::{Recording, Run},
+    store::Recording,
 };
 
 /// Numbers of a pose.
@@ -76,15 +76,14 @@ impl Clip {
     ///
     /// # Errors
     /// What can't be read, is damaged, or isn't there yet.
-    pub fn of_cell(run: &Run, plan: &Plan, index: usize) -> anyhow::Result<Self> {
-        let listed = run.manifest().cells.get(index).context("no such cell in manifest.json")?;
-        let cell = plan.cells().get(index).context("no such cell in experiment.toml")?;
-        let path = run.cell(listed).replay();
+    pub fn of_cell(catalogue: &Catalogue, cell: &LabCell) -> anyhow::Result<Self> {
+        let path = cell.folder.replay();
         let name = || path.display().to_string();
         let recording = Recording::read(&path)?
             .with_context(|| format!("{}: there's none before the first checkpoint", name()))?;
+        let morphology = catalogue.morphology(cell)?;
+        let cell = &cell.cell;
         let title = format!("{}, seed {}", cell.setting, cell.seed);
-        let morphology = models::read(run, models::index(&models::paths(run), &cell.experiment)?)?;
         Self::new(title, &cell.experiment, morphology, recording).with_context(name)
     }
 

@@ -68,15 +68,17 @@ fn counts(cells: &[CellStatus]) -> String {
 
 /// Of the robots, since the page of the same files is the same whenever it's made.
 fn time(plan: &Plan, cells: &[CellStatus]) -> String {
-    let done: u64 = cells.iter().map(CellStatus::updates).sum();
+    let done = cells.iter().map(CellStatus::updates).fold(0, u64::saturating_add);
     let settings = plan.cells().iter().map(|cell| &cell.experiment);
-    let steps =
-        settings.clone().zip(cells).map(|(it, cell)| cell.updates() * it.learning.steps_per_update);
-    let steps: u64 = steps.sum();
+    let steps = settings
+        .clone()
+        .zip(cells)
+        .map(|(it, cell)| cell.updates().saturating_mul(it.learning.steps_per_update));
+    let steps = steps.fold(0, u64::saturating_add);
     let seconds: f64 = settings
         .zip(cells)
         .map(|(it, cell)| {
-            (cell.updates() * it.learning.steps_per_update) as f64 / it.control.frequency_hz
+            cell.updates() as f64 * it.learning.steps_per_update as f64 / it.control.frequency_hz
         })
         .sum();
     let [done, steps] = [done, steps].map(grouped);

@@ -14,14 +14,14 @@ use base64::{Engine, engine::general_purpose::STANDARD};
 use maud::{Markup, html};
 
 use crate::{
-    experiment::Plan,
+    catalogue::{Catalogue, LabCell},
     plots::{self, Drawing, Figure, Omitted},
     replay::{
         Clip,
         page::page,
         viewer::{PAGE_BYTES, Packed},
     },
-    store::{self, CellStatus, status},
+    store::CellStatus,
 };
 
 /// Of all recordings together: a page of 150 cells stays below 15 MB.
@@ -32,8 +32,7 @@ const SVG_BYTES: usize = 700_000;
 
 /// All that the page shows.
 pub struct Report {
-    run: store::Run,
-    plan: Plan,
+    catalogue: Catalogue,
     plots: plots::Run,
     cells: Vec<CellStatus>,
     replays: Packed,
@@ -49,15 +48,12 @@ impl Report {
     /// # Errors
     /// If there's no run, or no update in it yet.
     pub fn read(folder: &Path, progress: &Progress<'_>) -> anyhow::Result<Self> {
-        let run = store::Run::open(folder)?;
-        let plan = Plan::written(&run.experiment_path(), run.experiment())?;
+        let catalogue = Catalogue::open(folder)?;
         let (plots, omitted) =
-            plots::Run::read(folder, &|done, total| progress(done, total, "cells read"))?;
-        let target =
-            |index: usize| plan.cells().get(index).map_or(0, |it| it.experiment.learning.updates);
-        let cells = status(&run, target);
+            plots::Run::read(&catalogue, &|done, total| progress(done, total, "cells read"))?;
+        let cells = catalogue.status();
         let replays = Packed::default();
-        let mut report = Self { run, plan, plots, cells, replays, omitted };
+        let mut report = Self { catalogue, plots, cells, replays, omitted };
         report.read_replays(progress);
         Ok(report)
     }
@@ -67,18 +63,15 @@ impl Report {
         let wanted = self.wanted();
         let each = REPLAY_BYTES / wanted.len().max(1);
         for (i, Wanted { setting, seed, label }) in wanted.iter().enumerate() {
-            let cells = &self.run.manifest().cells;
-            let Some(cell) = cells.iter().find(|it| it.setting == *setting && it.seed == *seed)
-            else {
-                continue;
-            };
-            if !self.records(cell.index) {
+            let is_it = |it: &&LabCell| it.cell.setting == *setting && it.cell.seed == *seed;
+            let Some(cell) = self.catalogue.cells().iter().find(is_it) else { continue };
+            if !records(cell) {
                 continue;
             }
-            match Clip::of_cell(&self.run, &self.plan, cell.index) {
+            match Clip::of_cell(&self.catalogue, cell) {
                 Ok(clip) => self.replays.add(setting, label, &clip, each.min(PAGE_BYTES)),
                 Err(error) => {
-                    let omitted = Omitted { cell: cell.folder(), reason: format!("{error:#}") };
+                    let omitted = Omitted::new(&cell.cell, &format_args!("{error:#}"));
                     if !self.omitted.contains(&omitted) {
                         self.omitted.push(omitted);
                     }
@@ -86,11 +79,6 @@ impl Report {
             }
             progress(i + 1, wanted.len(), "replays read");
         }
-    }
-
-    /// Whether the experiment asks for recorded control steps.
-    fn records(&self, index: usize) -> bool {
-        self.plan.cells().get(index).is_some_and(|cell| cell.experiment.record.steps > 0)
     }
 
     /// The best and the median instance of each setting.
@@ -130,12 +118,13 @@ impl Report {
     /// # Errors
     /// What can't be drawn.
     pub fn html(&self, progress: &Progress<'_>) -> anyhow::Result<String> {
-        let name = facts::name(&self.run);
+        let (run, plan) = (self.catalogue.run(), self.catalogue.plan());
+        let name = facts::name(run);
         let figures = self.figures(progress)?;
         let body = html! {
             header {
                 h1 { (name) }
-                (facts::introduction(&self.run, &self.plan, &self.cells))
+                (facts::introduction(run, plan, &self.cells))
                 (facts::problems(&self.cells, &self.omitted))
             }
             main {
@@ -148,7 +137,7 @@ impl Report {
                         (self.plots.window) " updates, as they moved and learned in their last control steps."
                     }
                     (self.replays.markup(false))
-                } @else if !(0..self.cells.len()).any(|index| self.records(index)) {
+                } @else if !self.catalogue.cells().iter().any(records) {
                     h2 { "The robots" }
                     p .faint {
                         "No control steps were recorded (" code { "record.steps" } " is 0), so there "
@@ -160,7 +149,7 @@ impl Report {
                 h2 { "All settings" }
                 details {
                     summary { "experiment.toml, complete: " code { "itarl train" } " takes it again" }
-                    pre { (self.run.experiment()) }
+                    pre { (run.experiment()) }
                 }
             }
         };
@@ -182,6 +171,11 @@ impl Report {
             html! { @for (figure, source, drawing) in &drawn { (one_figure(figure, source, drawing)) } },
         )
     }
+}
+
+/// Whether the cell's experiment asks for recorded control steps.
+fn records(cell: &LabCell) -> bool {
+    cell.cell.experiment.record.steps > 0
 }
 
 struct Wanted {

@@ -26,7 +26,7 @@ impl Session {
     /// A cell that blew up.
     pub fn save(&mut self) -> Result<BTreeMap<String, Vec<u8>>, Error> {
         let world = self.episode.body.save().map_err(|error| self.blew_up(error))?;
-        let recording = self.recording().encode().map_err(|error| self.blew_up(error))?;
+        let recording = self.recording().section().map_err(|error| self.blew_up(error))?;
         let mut sections = vec![
             (WORLD, world),
             (INPUTS, self.bytes(&self.episode.inputs())?),

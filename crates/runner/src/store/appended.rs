@@ -9,7 +9,11 @@ use std::{
 
 use xxhash_rust::xxh3::{Xxh3, xxh3_64};
 
-use super::{Error, error::At};
+use super::{
+    Error, atomic,
+    atomic::{folder_of, sync_folder},
+    error::At,
+};
 
 /// How much of a growing file is meant, and what it holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,6 +30,26 @@ impl Extent {
     pub fn empty() -> Self {
         Self { length: 0, xxh3: xxh3_64(b"") }
     }
+
+    /// The running hash of what is meant of a file's bytes, if that's how they begin. `path` is for
+    /// the messages.
+    pub(super) fn check(self, path: &Path, bytes: &[u8]) -> Result<Xxh3, Error> {
+        let Self { length, xxh3 } = self;
+        let Some(known) = usize::try_from(length).ok().and_then(|length| bytes.get(..length))
+        else {
+            let what = format!("{} bytes, and the checkpoint goes on from {length}", bytes.len());
+            return Err(Error::damaged(path, what));
+        };
+        let mut hash = Xxh3::new();
+        hash.update(known);
+        if hash.digest() != xxh3 {
+            let what = format!(
+                "its first {length} bytes aren't those that were written before the checkpoint"
+            );
+            return Err(Error::damaged(path, what));
+        }
+        Ok(hash)
+    }
 }
 
 /// A growing file, open for appending.
@@ -40,22 +64,36 @@ pub struct Appended {
 }
 
 impl Appended {
-    /// Opens a file, makes it if it isn't there, and cuts off what stands behind `extent`.
+    /// An empty file, in the place of one that no checkpoint knows. Its name is forced to the disk: a
+    /// power cut must not leave a checkpoint without the file that it goes on from.
     ///
     /// # Errors
-    /// [`Error::Damaged`] if the file is shorter than `extent`, or has other bytes there. It's then
-    /// left as it was.
+    /// If it can't be made.
+    pub fn begin(path: &Path) -> Result<Self, Error> {
+        // Not emptied: it may be a link to a file that is none of ours.
+        atomic::remove(path)?;
+        let file =
+            OpenOptions::new().write(true).create_new(true).open(path).at(path, "making it")?;
+        sync_folder(folder_of(path))?;
+        Ok(Self { path: path.into(), file, length: 0, hash: Xxh3::new() })
+    }
+
+    /// Opens a file that is there, and cuts off what stands behind `extent`.
+    ///
+    /// # Errors
+    /// [`Error::Damaged`] if the file is missing or shorter than `extent`, or has other bytes there.
+    /// It's then left as it was.
     pub fn open(path: &Path, extent: Extent) -> Result<Self, Error> {
-        let mut options = OpenOptions::new();
-        options.read(true).write(true).create(extent.length == 0);
-        let mut file = match options.open(path) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound && extent.length > 0 => {
+        let file = match OpenOptions::new().read(true).write(true).open(path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
                 return Err(Error::damaged(path, "missing, and the checkpoint goes on from it"));
             }
             opened => opened.at(path, "opening")?,
         };
         let length = file.metadata().at(path, "asking for its length")?.len();
-        let hash = verify(&mut file, path, length, extent)?;
+        let mut known = Vec::new();
+        (&file).take(extent.length).read_to_end(&mut known).at(path, "reading")?;
+        let hash = extent.check(path, &known)?;
         if length > extent.length {
             file.set_len(extent.length).at(path, "cutting off what no checkpoint knows")?;
         }
@@ -87,32 +125,6 @@ impl Appended {
     }
 }
 
-/// The running hash of the file's first `extent.length` bytes, if they are the right ones.
-fn verify(file: &mut File, path: &Path, length: u64, extent: Extent) -> Result<Xxh3, Error> {
-    if length < extent.length {
-        let expected = extent.length;
-        let what = format!("{length} bytes, and the checkpoint goes on from {expected}");
-        return Err(Error::damaged(path, what));
-    }
-    let mut hash = Xxh3::new();
-    let mut known = file.take(extent.length);
-    let mut chunk = vec![0; 1 << 16];
-    loop {
-        match known.read(&mut chunk).at(path, "reading")? {
-            0 => break,
-            n => hash.update(&chunk[..n]),
-        }
-    }
-    if hash.digest() != extent.xxh3 {
-        let what = format!(
-            "its first {} bytes aren't those that were written before the checkpoint",
-            extent.length
-        );
-        return Err(Error::damaged(path, what));
-    }
-    Ok(hash)
-}
-
 #[cfg(test)]
 mod tests {
     use std::fs;
@@ -125,7 +137,7 @@ mod tests {
     fn rows_are_seen_at_once_and_cut_back_to_the_extent() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("rows");
-        let mut rows = Appended::open(&path, Extent::empty()).unwrap();
+        let mut rows = Appended::begin(&path).unwrap();
         rows.append(b"a\nb\n").unwrap();
         let extent = rows.sync().unwrap();
         rows.append(b"c\n").unwrap();
@@ -139,7 +151,7 @@ mod tests {
         assert_eq!(extent, Extent { length: 6, xxh3: xxh3_64(b"a\nb\nd\n") });
         assert_eq!(fs::read(&path).unwrap(), b"a\nb\nd\n");
 
-        Appended::open(&path, Extent::empty()).unwrap();
+        Appended::begin(&path).unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"");
     }
 
@@ -155,12 +167,31 @@ mod tests {
 
     #[test]
     fn a_full_disk_is_reported() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("rows");
-        std::os::unix::fs::symlink("/dev/full", &path).unwrap();
-        let mut rows = Appended::open(&path, Extent::empty()).unwrap();
+        let file = OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let mut rows = Appended { path: "rows".into(), file, length: 0, hash: Xxh3::new() };
         let error = rows.append(b"a\n").unwrap_err().to_string();
         assert!(error.contains("rows: appending: No space left on device"), "{error}");
+    }
+
+    /// Power cuts may keep some names of a folder and lose others.
+    #[test]
+    fn the_name_of_a_new_file_is_on_the_disk_before_a_row() {
+        let folder = tempfile::tempdir().unwrap();
+        atomic::tests::SYNCED.take();
+        Appended::begin(&folder.path().join("rows")).unwrap();
+        let synced = atomic::tests::SYNCED.take();
+        assert_eq!(synced, [(folder.path().to_path_buf(), vec!["rows".to_string()])]);
+    }
+
+    #[test]
+    fn a_link_in_the_place_of_a_new_file_is_not_followed() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, victim) = (folder.path().join("rows"), folder.path().join("victim"));
+        fs::write(&victim, b"precious").unwrap();
+        std::os::unix::fs::symlink(&victim, &path).unwrap();
+        Appended::begin(&path).unwrap().append(b"a\n").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"a\n");
+        assert_eq!(fs::read(&victim).unwrap(), b"precious");
     }
 
     proptest! {

@@ -2,10 +2,11 @@
 //!
 //! The bytes go to `NAME.tmp` in the same folder, are forced to the disk, and take the name by one
 //! rename, which is forced to the disk too. A process killed in between leaves `NAME.tmp` behind,
-//! and the next write goes over it.
+//! and the next write takes it away. It's always made anew: one that is there may be a link to a file
+//! that is none of ours.
 
 use std::{
-    fs::{self, File},
+    fs::{self, File, OpenOptions},
     io::{self, Write},
     path::{Path, PathBuf},
 };
@@ -30,15 +31,29 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
 }
 
 fn replace(path: &Path, temporary: &Path, bytes: &[u8]) -> Result<(), Error> {
-    let mut file = File::create(temporary).at(path, "making a temporary file beside it")?;
-    file.write_all(bytes).at(path, "writing")?;
-    file.sync_all().at(path, "forcing to the disk")?;
+    let make = || OpenOptions::new().write(true).create_new(true).open(temporary);
+    let file = match make() {
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+            remove(temporary)?;
+            make()
+        }
+        made => made,
+    };
+    fill(file.at(path, "making a temporary file beside it")?, path, bytes)?;
     fs::rename(temporary, path).at(path, "renaming the temporary file")?;
     sync_folder(folder_of(path))
 }
 
+/// Takes any open file, so that a test can give it a full disk.
+fn fill(mut file: File, path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    file.write_all(bytes).at(path, "writing")?;
+    file.sync_all().at(path, "forcing to the disk")
+}
+
 /// Forces the names in a folder to the disk.
 pub(crate) fn sync_folder(folder: &Path) -> Result<(), Error> {
+    #[cfg(test)]
+    tests::SYNCED.with_borrow_mut(|synced| synced.push((folder.into(), tests::names(folder))));
     File::open(folder).and_then(|file| file.sync_all()).at(folder, "forcing the folder to the disk")
 }
 
@@ -47,6 +62,16 @@ pub(crate) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
+    }
+}
+
+/// Removes a file, or a link and not what it leads to, if it's there.
+pub(crate) fn remove(path: &Path) -> Result<(), Error> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            Err(error).at(path, "removing what is in the way")
+        }
+        _ => Ok(()),
     }
 }
 
@@ -69,13 +94,21 @@ fn temporary(path: &Path) -> Result<PathBuf, Error> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
+    use std::{cell::RefCell, os::unix::fs::symlink};
+
     use super::*;
 
-    fn names(folder: &Path) -> Vec<String> {
-        let entries = fs::read_dir(folder).unwrap();
+    thread_local! {
+        /// The folders that this thread forced to the disk, each with the names that were in it. Only
+        /// a power cut would show it otherwise.
+        pub(crate) static SYNCED: RefCell<Vec<(PathBuf, Vec<String>)>> = RefCell::default();
+    }
+
+    pub(crate) fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).into_iter().flatten();
         let mut names: Vec<_> =
-            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+            entries.map(|entry| entry.unwrap().file_name().to_string_lossy().into()).collect();
         names.sort();
         names
     }
@@ -124,10 +157,30 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("state");
         write(&path, b"first").unwrap();
-        std::os::unix::fs::symlink("/dev/full", folder.path().join("state.tmp")).unwrap();
+        let full = OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let error = fill(full, &path, b"second").unwrap_err().to_string();
+        assert!(error.contains("state: writing: No space left on device"), "{error}");
+
+        // Whatever fails, the older one stays: here a folder has the temporary name.
+        fs::create_dir(folder.path().join("state.tmp")).unwrap();
         let error = write(&path, b"second").unwrap_err().to_string();
-        assert!(error.contains(": writing: No space left on device"), "{error}");
+        assert!(error.contains("state.tmp: removing what is in the way: "), "{error}");
         assert_eq!(fs::read(&path).unwrap(), b"first");
-        assert_eq!(names(folder.path()), ["state"]);
+        assert_eq!(names(folder.path()), ["state", "state.tmp"]);
+    }
+
+    #[test]
+    fn a_link_in_the_place_of_the_temporary_file_is_not_followed() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, victim) = (folder.path().join("state"), folder.path().join("victim"));
+        fs::write(&victim, b"precious").unwrap();
+        for target in [&victim, &folder.path().join("nowhere")] {
+            symlink(target, folder.path().join("state.tmp")).unwrap();
+            write(&path, b"state").unwrap();
+            assert_eq!(fs::read(&path).unwrap(), b"state");
+            assert!(!path.is_symlink());
+            assert_eq!(fs::read(&victim).unwrap(), b"precious");
+            assert_eq!(names(folder.path()), ["state", "victim"]);
+        }
     }
 }

@@ -12,8 +12,8 @@ use std::{
 };
 
 use super::{
-    Appended, Checkpoint, Error, Extent, Header, Lock, Row, atomic, atomic::sync_folder, error::At,
-    metrics::header_line,
+    Appended, Checkpoint, Error, Expected, Header, Lock, Row, atomic, atomic::sync_folder,
+    error::At, metrics::header_line,
 };
 
 /// The folder of a cell and the names in it. Nothing needs to be there yet.
@@ -91,6 +91,16 @@ impl CellFolder {
         let bytes = atomic::read(&self.failed())?;
         Ok(bytes.map(|bytes| String::from_utf8_lossy(&bytes).trim_end().to_string()))
     }
+
+    /// That nothing was derived from a checkpoint, where there's none: it was lost then.
+    pub(super) fn require_no_exports(&self) -> Result<(), Error> {
+        let exports = [self.policy(), self.replay()];
+        let Some(export) = exports.iter().find(|path| path.exists()) else { return Ok(()) };
+        let name = export.file_name().unwrap_or_default().display();
+        let what =
+            format!("missing, though {name} was made from one: put it back, or delete the folder");
+        Err(Error::damaged(&self.checkpoint(), what))
+    }
 }
 
 /// A cell that this process writes to, alone.
@@ -98,7 +108,7 @@ pub struct OpenCell {
     folder: CellFolder,
     identity: u64,
     metrics: Appended,
-    _lock: Lock,
+    lock: Lock,
 }
 
 impl OpenCell {
@@ -107,17 +117,20 @@ impl OpenCell {
     /// [`CellFolder::failure`] says so.
     ///
     /// # Errors
-    /// [`Error::Locked`]; [`Error::Damaged`], [`Error::Version`] or [`Error::OtherCell`], with
-    /// nothing overwritten; what the system refuses.
-    pub fn open(folder: CellFolder, identity: u64) -> Result<(Self, Option<Checkpoint>), Error> {
+    /// [`Error::Locked`]; [`Error::Damaged`], [`Error::Version`], [`Error::OtherCell`] or
+    /// [`Error::Beyond`], with nothing overwritten; what the system refuses.
+    pub fn open(
+        folder: CellFolder,
+        expected: Expected,
+    ) -> Result<(Self, Option<Checkpoint>), Error> {
         make(folder.path())?;
         let lock = Lock::acquire(&folder.lock())?;
-        let checkpoint = Checkpoint::read(&folder.checkpoint(), identity)?;
+        let checkpoint = Checkpoint::read(&folder.checkpoint(), expected)?;
         let metrics = match &checkpoint {
             Some(checkpoint) => Appended::open(&folder.metrics(), checkpoint.header.metrics)?,
             None => begin(&folder)?,
         };
-        Ok((Self { folder, identity, metrics, _lock: lock }, checkpoint))
+        Ok((Self { folder, identity: expected.identity, metrics, lock }, checkpoint))
     }
 
     /// Its folder.
@@ -143,9 +156,9 @@ impl OpenCell {
         let Snapshot { updates, control_steps, sections, policy, replay } = snapshot;
         let metrics = self.metrics.sync()?;
         let header = Header { identity: self.identity, updates, control_steps, metrics };
-        Checkpoint { header, sections }.write(&self.folder.checkpoint())?;
-        atomic::write(&self.folder.policy(), policy)?;
-        atomic::write(&self.folder.replay(), replay)
+        self.write(&self.folder.checkpoint(), &Checkpoint { header, sections }.encode())?;
+        self.write(&self.folder.policy(), policy)?;
+        self.write(&self.folder.replay(), replay)
     }
 
     /// Replaces the exports that aren't these, which are derived from the checkpoint's state.
@@ -155,7 +168,7 @@ impl OpenCell {
     pub fn export(&mut self, policy: &[u8], replay: &[u8]) -> Result<(), Error> {
         for (path, bytes) in [(self.folder.policy(), policy), (self.folder.replay(), replay)] {
             if atomic::read(&path)?.as_deref() != Some(bytes) {
-                atomic::write(&path, bytes)?;
+                self.write(&path, bytes)?;
             }
         }
         Ok(())
@@ -167,7 +180,14 @@ impl OpenCell {
     /// If it can't be written.
     pub fn fail(&mut self, reason: &str) -> Result<(), Error> {
         self.metrics.sync()?;
-        atomic::write(&self.folder.failed(), format!("{reason}\n").as_bytes())
+        self.write(&self.folder.failed(), format!("{reason}\n").as_bytes())
+    }
+
+    /// A whole file, if the folder at the path is still the one that is locked: after a rename it may
+    /// be that of another run.
+    fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), Error> {
+        self.lock.require()?;
+        atomic::write(path, bytes)
     }
 }
 
@@ -188,13 +208,8 @@ fn make(folder: &Path) -> Result<(), Error> {
 /// Metrics with the first line alone. Exports without a checkpoint aren't a beginning: the
 /// checkpoint was lost, and the rows, which may be all that's left, stay.
 fn begin(folder: &CellFolder) -> Result<Appended, Error> {
-    if let Some(export) = [folder.policy(), folder.replay()].iter().find(|path| path.exists()) {
-        let name = export.file_name().unwrap_or_default().display();
-        let what =
-            format!("missing, though {name} was made from one: put it back, or delete the folder");
-        return Err(Error::damaged(&folder.checkpoint(), what));
-    }
-    let mut metrics = Appended::open(&folder.metrics(), Extent::empty())?;
+    folder.require_no_exports()?;
+    let mut metrics = Appended::begin(&folder.metrics())?;
     metrics.append(header_line().as_bytes())?;
     Ok(metrics)
 }
@@ -203,6 +218,8 @@ fn begin(folder: &CellFolder) -> Result<Appended, Error> {
 mod tests {
     use super::*;
     use crate::store::{read_all, read_last};
+
+    const EXPECTED: Expected = Expected { identity: 7, updates: 100, steps_per_update: 100 };
 
     fn row(update: u64) -> Row {
         Row { update, control_steps: 100 * update, reward: 0.1 / update as f64, ..Row::default() }
@@ -215,7 +232,7 @@ mod tests {
 
     /// From where it stands to `end`, with a checkpoint every `every` updates and at the end.
     fn run(folder: &CellFolder, end: u64, every: u64) {
-        let (mut cell, checkpoint) = OpenCell::open(folder.clone(), 7).unwrap();
+        let (mut cell, checkpoint) = OpenCell::open(folder.clone(), EXPECTED).unwrap();
         let begin = checkpoint.map_or(0, |checkpoint| checkpoint.header.updates);
         for update in begin + 1..=end {
             cell.append(&row(update)).unwrap();
@@ -262,11 +279,11 @@ mod tests {
     #[test]
     fn one_process_at_a_time() {
         let (_folder, [folder, _]) = cells();
-        let open = OpenCell::open(folder.clone(), 7).unwrap();
-        let error = OpenCell::open(folder.clone(), 7).err().unwrap();
+        let open = OpenCell::open(folder.clone(), EXPECTED).unwrap();
+        let error = OpenCell::open(folder.clone(), EXPECTED).err().unwrap();
         assert!(matches!(error, Error::Locked { path } if path == folder.path()));
         drop(open);
-        OpenCell::open(folder, 7).unwrap();
+        OpenCell::open(folder, EXPECTED).unwrap();
     }
 
     #[test]
@@ -276,7 +293,8 @@ mod tests {
         let before = files(&folder);
         let refused = |identity, message: &str| {
             let damaged = files(&folder);
-            let error = OpenCell::open(folder.clone(), identity).err().unwrap().to_string();
+            let expected = Expected { identity, ..EXPECTED };
+            let error = OpenCell::open(folder.clone(), expected).err().unwrap().to_string();
             assert!(error.contains(message), "{error}");
             assert_eq!(files(&folder), damaged);
             before.iter().for_each(|(name, it)| fs::write(folder.path().join(name), it).unwrap());
@@ -294,36 +312,69 @@ mod tests {
         refused(7, "metrics.csv: damaged: its first");
         fs::write(folder.metrics(), &bytes[..200]).unwrap();
         refused(7, "metrics.csv: damaged: 200 bytes, and");
-        OpenCell::open(folder.clone(), 7).unwrap();
+        OpenCell::open(folder.clone(), EXPECTED).unwrap();
     }
 
     #[test]
     fn a_failed_write_keeps_the_older_checkpoint() {
         let (_folder, [folder, _]) = cells();
         run(&folder, 4, 4);
-        let (mut cell, _) = OpenCell::open(folder.clone(), 7).unwrap();
-        std::os::unix::fs::symlink("/dev/full", folder.path().join("checkpoint.tmp")).unwrap();
+        let (mut cell, _) = OpenCell::open(folder.clone(), EXPECTED).unwrap();
+        fs::create_dir(folder.path().join("checkpoint.tmp")).unwrap();
         cell.append(&row(5)).unwrap();
         let error = cell.save(snapshot(5)).unwrap_err().to_string();
-        assert!(error.contains("checkpoint: writing: No space left"), "{error}");
+        assert!(error.contains("checkpoint.tmp: removing what is in the way: "), "{error}");
         drop(cell);
-        let (_, checkpoint) = OpenCell::open(folder, 7).unwrap();
+        let (_, checkpoint) = OpenCell::open(folder, EXPECTED).unwrap();
+        assert_eq!(checkpoint.unwrap().header.updates, 4);
+    }
+
+    /// A process was stopped, its folder renamed, and another run begun in its place.
+    #[test]
+    fn a_forgotten_process_writes_nothing_into_the_run_in_its_place() {
+        let (parent, [folder, _]) = cells();
+        run(&folder, 4, 4);
+        let (mut forgotten, _) = OpenCell::open(folder.clone(), EXPECTED).unwrap();
+        let renamed = parent.path().join("renamed");
+        fs::rename(folder.path(), &renamed).unwrap();
+        let is_refused = |result| match result {
+            Err(Error::Moved { path }) => path == folder.path(),
+            _ => false,
+        };
+        assert!(is_refused(forgotten.save(snapshot(5))));
+        assert!(!folder.path().exists());
+
+        run(&folder, 60, 4);
+        let before = files(&folder);
+        forgotten.append(&row(5)).unwrap();
+        assert!(is_refused(forgotten.save(snapshot(5))));
+        assert!(is_refused(forgotten.export(b"other", b"other")));
+        assert!(is_refused(forgotten.fail("it blew up")));
+        assert_eq!(files(&folder), before);
+
+        // Its own folder is whole.
+        drop(forgotten);
+        let (_, checkpoint) = OpenCell::open(CellFolder::new(renamed), EXPECTED).unwrap();
         assert_eq!(checkpoint.unwrap().header.updates, 4);
     }
 
     #[test]
-    fn a_full_disk_at_the_beginning_is_reported() {
+    fn more_updates_than_the_experiment_has_are_damage() {
         let (_folder, [folder, _]) = cells();
-        fs::create_dir_all(folder.path()).unwrap();
-        std::os::unix::fs::symlink("/dev/full", folder.metrics()).unwrap();
-        let error = OpenCell::open(folder, 7).err().unwrap().to_string();
-        assert!(error.contains("metrics.csv: appending: No space left"), "{error}");
+        run(&folder, 6, 4);
+        let before = files(&folder);
+        let fewer = Expected { updates: 3, ..EXPECTED };
+        let error = OpenCell::open(folder.clone(), fewer).err().unwrap().to_string();
+        assert!(
+            error.contains("checkpoint: damaged: it has 4 updates, and the experiment ends at 3")
+        );
+        assert_eq!(files(&folder), before);
     }
 
     #[test]
     fn a_failure_is_marked() {
         let (_folder, [folder, _]) = cells();
-        let (mut cell, _) = OpenCell::open(folder.clone(), 7).unwrap();
+        let (mut cell, _) = OpenCell::open(folder.clone(), EXPECTED).unwrap();
         assert_eq!(folder.failure().unwrap(), None);
         cell.fail("body 'tibia_3' is at NaN, control step 7").unwrap();
         let reason = folder.failure().unwrap();

@@ -45,6 +45,17 @@ pub struct Header {
     pub metrics: Extent,
 }
 
+/// What a checkpoint must say to be one of a cell, in its experiment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Expected {
+    /// Hash of setting, seed and resolved settings without `learning.updates`.
+    pub identity: u64,
+    /// `learning.updates`: it has no more.
+    pub updates: u64,
+    /// `learning.steps_per_update`
+    pub steps_per_update: u64,
+}
+
 /// A cell's whole state.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Checkpoint {
@@ -82,9 +93,8 @@ impl Checkpoint {
     /// The state in a file's bytes. `path` is for the messages.
     ///
     /// # Errors
-    /// [`Error::Damaged`] if they aren't exactly what was written, [`Error::Version`],
-    /// [`Error::OtherCell`] if they have another identity.
-    pub fn decode(path: &Path, bytes: &[u8], identity: u64) -> Result<Self, Error> {
+    /// [`Error::Damaged`] if they aren't exactly what was written, [`Error::Version`].
+    pub fn decode(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
         let (header, n_sections) = decode_header(path, bytes)?;
         let damaged = |what: &str| Error::damaged(path, what);
         let Some((body, checksum)) =
@@ -94,9 +104,6 @@ impl Checkpoint {
         };
         if u64::from_le_bytes(*checksum) != xxh3_64(body) {
             return Err(damaged("its checksum is wrong: bytes are missing or have changed"));
-        }
-        if header.identity != identity {
-            return Err(Error::OtherCell { path: path.into() });
         }
         let mut rest = &body[HEADER..];
         let mut sections = BTreeMap::new();
@@ -125,9 +132,12 @@ impl Checkpoint {
     /// The state in a file; none if there's no such file.
     ///
     /// # Errors
-    /// As [`Checkpoint::decode`], and what reading runs into.
-    pub fn read(path: &Path, identity: u64) -> Result<Option<Self>, Error> {
-        atomic::read(path)?.map(|bytes| Self::decode(path, &bytes, identity)).transpose()
+    /// As [`Checkpoint::decode`] and [`Header::check`], and what reading runs into.
+    pub fn read(path: &Path, expected: Expected) -> Result<Option<Self>, Error> {
+        let Some(bytes) = atomic::read(path)? else { return Ok(None) };
+        let checkpoint = Self::decode(path, &bytes)?;
+        checkpoint.header.check(path, expected)?;
+        Ok(Some(checkpoint))
     }
 }
 
@@ -145,6 +155,34 @@ impl Header {
         let mut bytes = Vec::with_capacity(HEADER);
         file.take(HEADER as u64).read_to_end(&mut bytes).at(path, "reading")?;
         decode_header(path, &bytes).map(|(header, _)| Some(header))
+    }
+
+    /// That it's of a cell, and as far as a cell of its experiment can be: a checkpoint may also be
+    /// made inside of an update. `path` is for the messages.
+    ///
+    /// # Errors
+    /// [`Error::OtherCell`], [`Error::Beyond`], and [`Error::Damaged`] if the numbers of updates and
+    /// of control steps contradict each other.
+    pub fn check(&self, path: &Path, expected: Expected) -> Result<(), Error> {
+        let Self { identity, updates, control_steps, .. } = *self;
+        let Expected { steps_per_update, .. } = expected;
+        if identity != expected.identity {
+            return Err(Error::OtherCell { path: path.into() });
+        }
+        if updates > expected.updates {
+            return Err(Error::Beyond { path: path.into(), updates, most: expected.updates });
+        }
+        let since_the_last = updates
+            .checked_mul(steps_per_update)
+            .and_then(|until_the_last| control_steps.checked_sub(until_the_last));
+        if since_the_last.is_none_or(|steps| steps > steps_per_update) {
+            let what = format!(
+                "it has {updates} updates and {control_steps} control steps, and an update has \
+                 {steps_per_update}"
+            );
+            return Err(Error::damaged(path, what));
+        }
+        Ok(())
     }
 }
 
@@ -201,22 +239,19 @@ mod tests {
         })
     }
 
-    fn decode(bytes: &[u8], identity: u64) -> Result<Checkpoint, Error> {
-        Checkpoint::decode(Path::new("checkpoint"), bytes, identity)
+    fn decode(bytes: &[u8]) -> Result<Checkpoint, Error> {
+        Checkpoint::decode(Path::new("checkpoint"), bytes)
     }
 
     proptest! {
         #[test]
         fn what_was_encoded_is_decoded(checkpoint in checkpoints()) {
             let bytes = checkpoint.encode();
-            let identity = checkpoint.header.identity;
-            let decoded = decode(&bytes, identity).unwrap();
+            let decoded = decode(&bytes).unwrap();
             prop_assert_eq!(decoded.encode(), bytes.clone());
             prop_assert_eq!(&decoded, &checkpoint);
             let (header, _) = decode_header(Path::new("checkpoint"), &bytes[..HEADER]).unwrap();
             prop_assert_eq!(header, checkpoint.header);
-            let other = matches!(decode(&bytes, !identity), Err(Error::OtherCell { .. }));
-            prop_assert!(other);
         }
 
         #[test]
@@ -226,12 +261,11 @@ mod tests {
             bit in 0_u8..8,
         ) {
             let mut bytes = checkpoint.encode();
-            let identity = checkpoint.header.identity;
             let place = place.index(bytes.len());
-            let cut = matches!(decode(&bytes[..place], identity), Err(Error::Damaged { .. }));
+            let cut = matches!(decode(&bytes[..place]), Err(Error::Damaged { .. }));
             prop_assert!(cut);
             bytes[place] ^= 1 << bit;
-            let flipped = matches!(decode(&bytes, identity), Err(Error::Damaged { .. }));
+            let flipped = matches!(decode(&bytes), Err(Error::Damaged { .. }));
             prop_assert!(flipped);
         }
 
@@ -251,7 +285,7 @@ mod tests {
                 bytes.extend_from_slice(&length.to_le_bytes());
                 bytes.append(&mut body);
                 bytes.extend_from_slice(&xxh3_64(&bytes).to_le_bytes());
-                let damaged = matches!(decode(&bytes, 0), Err(Error::Damaged { .. }));
+                let damaged = matches!(decode(&bytes), Err(Error::Damaged { .. }));
                 prop_assert!(damaged);
             }
         }
@@ -259,10 +293,45 @@ mod tests {
         #[test]
         fn random_bytes_are_damage(bytes: Vec<u8>) {
             for bytes in [&bytes[..], &[&MAGIC[..], &bytes].concat()] {
-                let damaged = matches!(decode(bytes, 7), Err(Error::Damaged { .. }));
+                let damaged = matches!(decode(bytes), Err(Error::Damaged { .. }));
                 prop_assert!(damaged);
             }
         }
+    }
+
+    #[test]
+    fn what_no_cell_of_the_experiment_can_have_is_refused() {
+        let expected = Expected { identity: 7, updates: 300, steps_per_update: 100 };
+        let check = |identity, updates, control_steps| {
+            let metrics = Extent::empty();
+            let header = Header { identity, updates, control_steps, metrics };
+            header.check(Path::new("checkpoint"), expected).map_err(|error| error.to_string())
+        };
+        for (updates, control_steps) in
+            [(0, 0), (0, 42), (3, 300), (3, 399), (3, 400), (300, 30_000)]
+        {
+            check(7, updates, control_steps).unwrap();
+        }
+        let refused = |identity, updates, control_steps, message: &str| {
+            let error = check(identity, updates, control_steps).unwrap_err();
+            assert!(error.starts_with(&format!("checkpoint: {message}")), "{error}");
+        };
+        refused(8, 3, 300, "of another cell: ");
+        refused(7, 301, 30_100, "damaged: it has 301 updates, and the experiment ends at 300");
+        let huge = 6_735_281_601_315_911_789;
+        refused(7, huge, 300, "damaged: it has 6735281601315911789 updates, and the experiment");
+        for control_steps in [0, 299, 401, u64::MAX] {
+            refused(
+                7,
+                3,
+                control_steps,
+                &format!("damaged: it has 3 updates and {control_steps} "),
+            );
+        }
+        let endless = Expected { identity: 7, updates: u64::MAX, steps_per_update: u64::MAX };
+        let metrics = Extent::empty();
+        let header = Header { identity: 7, updates: huge, control_steps: huge, metrics };
+        assert!(header.check(Path::new("checkpoint"), endless).is_err());
     }
 
     #[test]
@@ -276,7 +345,7 @@ mod tests {
         let n = bytes.len() - CHECKSUM;
         let checksum = xxh3_64(&bytes[..n]);
         bytes[n..].copy_from_slice(&checksum.to_le_bytes());
-        let error = decode(&bytes, 1).unwrap_err().to_string();
+        let error = decode(&bytes).unwrap_err().to_string();
         assert!(error.starts_with("checkpoint: format version 9, and this program reads 1"));
     }
 
@@ -284,14 +353,17 @@ mod tests {
     fn a_file_is_written_and_read() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("checkpoint");
-        assert_eq!(Checkpoint::read(&path, 1).unwrap(), None);
+        let expected = Expected { identity: 1, updates: 2, steps_per_update: 100 };
+        assert_eq!(Checkpoint::read(&path, expected).unwrap(), None);
         assert_eq!(Header::read(&path).unwrap(), None);
         let metrics = Extent { length: 8, xxh3: 9 };
         let header = Header { identity: 1, updates: 2, control_steps: 200, metrics };
         let sections = BTreeMap::from([("world".to_string(), vec![1, 2, 3])]);
         let checkpoint = Checkpoint { header, sections };
         checkpoint.write(&path).unwrap();
-        assert_eq!(Checkpoint::read(&path, 1).unwrap(), Some(checkpoint));
+        assert_eq!(Checkpoint::read(&path, expected).unwrap(), Some(checkpoint));
+        let other = Expected { identity: 3, ..expected };
+        assert!(matches!(Checkpoint::read(&path, other), Err(Error::OtherCell { .. })));
         assert_eq!(Header::read(&path).unwrap(), Some(header));
     }
 }

@@ -12,14 +12,14 @@ use rustix::io::Errno;
 #[non_exhaustive]
 pub enum Error {
     /// The operating system refused.
-    #[error("{}: {doing}: {source}", path.display())]
+    #[error("{}: {doing}: {cause}", path.display())]
     Io {
         /// The file or folder.
         path: PathBuf,
         /// What was being done with it, as in "writing".
         doing: &'static str,
-        /// Why it didn't work.
-        source: io::Error,
+        /// Why it didn't work. Not called `source`: whoever prints a chain of errors has it already.
+        cause: io::Error,
     },
     /// A file isn't as it was written. Nothing was overwritten.
     #[error("{}: damaged: {what}", path.display())]
@@ -46,6 +46,16 @@ pub enum Error {
     /// Another process writes there.
     #[error("{}: another process is at work in this folder; wait for it or end it", path.display())]
     Locked {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The folder that this process locked is no longer the one at its path.
+    #[error(
+        "{}: no longer the folder that this process works in: it was renamed or removed, or its lock \
+         was, and another process may be at work here; nothing was written",
+        path.display()
+    )]
+    Moved {
         /// The folder.
         path: PathBuf,
     },
@@ -91,6 +101,20 @@ pub enum Error {
     OtherCell {
         /// The checkpoint.
         path: PathBuf,
+    },
+    /// A checkpoint with more updates than its experiment has.
+    #[error(
+        "{}: damaged: it has {updates} updates, and the experiment ends at {most}; put the right file \
+         back, or delete the cell's folder to begin it again",
+        path.display()
+    )]
+    Beyond {
+        /// The checkpoint.
+        path: PathBuf,
+        /// What it says.
+        updates: u64,
+        /// `learning.updates`
+        most: u64,
     },
     /// An argument without meaning here.
     #[error("{call}: {argument} must be {expected}, got {value}")]
@@ -145,7 +169,7 @@ impl Error {
     #[must_use]
     pub fn is_lack_of_files(&self) -> bool {
         let lacks = [Errno::MFILE, Errno::NFILE].map(|it| Some(it.raw_os_error()));
-        matches!(self, Self::Io { source, .. } if lacks.contains(&source.raw_os_error()))
+        matches!(self, Self::Io { cause, .. } if lacks.contains(&cause.raw_os_error()))
     }
 
     pub(crate) fn damaged(path: &Path, what: impl Into<String>) -> Self {
@@ -170,7 +194,7 @@ pub(crate) trait At<T> {
 
 impl<T> At<T> for io::Result<T> {
     fn at(self, path: &Path, doing: &'static str) -> Result<T, Error> {
-        self.map_err(|source| Error::Io { path: path.into(), doing, source })
+        self.map_err(|cause| Error::Io { path: path.into(), doing, cause })
     }
 }
 

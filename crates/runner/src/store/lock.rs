@@ -1,9 +1,10 @@
 //! One process at a time: a lock on a file, which the operating system frees however it ends.
 
 use std::{
-    fs::{File, OpenOptions, TryLockError},
+    fs::{self, File, Metadata, OpenOptions, TryLockError},
     io,
-    path::Path,
+    os::unix::fs::MetadataExt,
+    path::{Path, PathBuf},
     thread,
     time::Duration,
 };
@@ -19,7 +20,8 @@ const PAUSE: Duration = Duration::from_millis(5);
 /// two processes lock two files of one name.
 #[derive(Debug)]
 pub struct Lock {
-    _file: File,
+    path: PathBuf,
+    file: File,
 }
 
 impl Lock {
@@ -33,7 +35,7 @@ impl Lock {
         let file = file.at(path, "opening")?;
         for attempt in 1..=ATTEMPTS {
             match file.try_lock() {
-                Ok(()) => return Ok(Self { _file: file }),
+                Ok(()) => return Ok(Self { path: path.into(), file }),
                 Err(TryLockError::Error(error)) => return Err(error).at(path, "locking"),
                 Err(TryLockError::WouldBlock) if attempt < ATTEMPTS => thread::sleep(PAUSE),
                 Err(TryLockError::WouldBlock) => {}
@@ -51,7 +53,26 @@ impl Lock {
     pub(crate) fn wait(path: &Path) -> Result<Self, Error> {
         let file = File::open(path).at(path, "opening")?;
         file.lock().at(path, "locking")?;
-        Ok(Self { _file: file })
+        Ok(Self { path: path.into(), file })
+    }
+
+    /// That the locked file is still the one at its path. If not, whatever is there belongs to others:
+    /// the folder was renamed, say, and another run begun in its place.
+    ///
+    /// # Errors
+    /// [`Error::Moved`], with the file's folder; what asking runs into.
+    pub fn require(&self) -> Result<(), Error> {
+        let doing = "asking which file it is";
+        let held = self.file.metadata().at(&self.path, doing)?;
+        let there = match fs::metadata(&self.path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+            there => Some(there.at(&self.path, doing)?),
+        };
+        let file = |it: &Metadata| (it.dev(), it.ino());
+        match there {
+            Some(there) if file(&there) == file(&held) => Ok(()),
+            _ => Err(Error::Moved { path: folder_of(&self.path).into() }),
+        }
     }
 }
 
@@ -89,6 +110,28 @@ mod tests {
         drop(lock);
         assert!(!is_locked(&path).unwrap());
         Lock::acquire(&path).unwrap();
+    }
+
+    #[test]
+    fn another_file_at_the_path_is_noticed() {
+        let folder = tempfile::tempdir().unwrap();
+        let [here, elsewhere] = ["here", "elsewhere"].map(|name| folder.path().join(name));
+        fs::create_dir(&here).unwrap();
+        let path = here.join("lock");
+        let lock = Lock::acquire(&path).unwrap();
+        lock.require().unwrap();
+        fs::rename(&here, &elsewhere).unwrap();
+        let is_moved =
+            |lock: &Lock| matches!(lock.require(), Err(Error::Moved { path }) if path == here);
+        assert!(is_moved(&lock));
+        fs::create_dir(&here).unwrap();
+        let other = Lock::acquire(&path).unwrap();
+        assert!(is_moved(&lock));
+        other.require().unwrap();
+        fs::remove_dir_all(&here).unwrap();
+        fs::rename(&elsewhere, &here).unwrap();
+        lock.require().unwrap();
+        assert!(is_moved(&other));
     }
 
     #[test]

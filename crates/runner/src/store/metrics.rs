@@ -134,8 +134,12 @@ pub fn read_last(path: &Path) -> Result<Option<Row>, Error> {
 /// # Errors
 /// [`Error::Damaged`], with the line's number.
 pub fn read_all(path: &Path) -> Result<Vec<Row>, Error> {
-    let bytes = atomic::read(path)?.unwrap_or_default();
-    let whole = whole_lines(&bytes);
+    parse(path, &atomic::read(path)?.unwrap_or_default())
+}
+
+/// All rows in a file's bytes. `path` is for the messages.
+pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<Row>, Error> {
+    let whole = whole_lines(bytes);
     if whole.is_empty() {
         return Ok(Vec::new());
     }

@@ -6,7 +6,8 @@
 //!    ([`Appended`]). The run folder itself appears by one rename ([`Run::create`]).
 //! 2. A cell's truth is its checkpoint. It has the length and the hash of what `metrics.csv` held
 //!    then; rows after it are cut off when the cell goes on. The exports are derived from it.
-//! 3. One process at a time writes to a cell ([`Lock`]). Reading needs no lock.
+//! 3. One process at a time writes to a cell ([`Lock`]). Reading needs no lock, and believes what a
+//!    resume would go on from ([`CellFolder::rows`]).
 
 mod appended;
 pub mod atomic;
@@ -16,6 +17,7 @@ mod error;
 mod lock;
 mod manifest;
 mod metrics;
+mod record;
 mod replay;
 mod run;
 mod settings;
@@ -23,14 +25,15 @@ mod status;
 
 pub use appended::{Appended, Extent};
 pub use cell::{CellFolder, OpenCell, Snapshot};
-pub use checkpoint::{Checkpoint, Header};
+pub use checkpoint::{Checkpoint, Expected, Header};
 pub use error::{Difference, Error};
 pub use lock::{Lock, is_locked};
 pub use manifest::{Bullet, Cell, Hash, Manifest, Model, Precision};
 pub use metrics::{COLUMNS, Row, header_line, read_all, read_last};
 pub use replay::{Layout, Recording, Ring, Step, TENSORS};
+pub(crate) use run::MANIFEST;
 pub use run::{NewRun, Run};
-pub use status::{CellStatus, State, status};
+pub use status::{CellStatus, Look, State};
 
 #[cfg(test)]
 mod tests {

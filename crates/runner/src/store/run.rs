@@ -21,7 +21,7 @@ use super::{
 };
 
 const EXPERIMENT: &str = "experiment.toml";
-const MANIFEST: &str = "manifest.json";
+pub(crate) const MANIFEST: &str = "manifest.json";
 const MODELS: &str = "models";
 const CELLS: &str = "cells";
 
@@ -136,6 +136,12 @@ impl Run {
         self.folder.join(EXPERIMENT)
     }
 
+    /// `manifest.json`
+    #[must_use]
+    pub fn manifest_path(&self) -> PathBuf {
+        self.folder.join(MANIFEST)
+    }
+
     /// The content of `manifest.json`.
     #[must_use]
     pub fn manifest(&self) -> &Manifest {
@@ -162,7 +168,7 @@ impl Run {
             return Ok(());
         }
         // The manifest is never replaced, so all lock the same file.
-        let _lock = Lock::wait(&self.folder.join(MANIFEST))?;
+        let _lock = Lock::wait(&self.manifest_path())?;
         *self = Self::open(&self.folder)?;
         let there = settings(&self.experiment)?;
         self.refuse(there.differences(&here))?;
@@ -226,6 +232,7 @@ impl NewRun {
 /// Makes the folder under another name beside it and renames it. If another process was faster,
 /// that's fine: its folder is there then.
 fn make(folder: &Path, new: &NewRun, manifest: &Manifest) -> Result<(), Error> {
+    let folder = &followed(folder)?;
     let Some(name) = folder.file_name() else {
         let path = folder.display();
         return Err(Error::argument("Run::create", "the folder", "one with a name", path));
@@ -234,7 +241,7 @@ fn make(folder: &Path, new: &NewRun, manifest: &Manifest) -> Result<(), Error> {
     fs::create_dir_all(parent).at(parent, "making the folder")?;
     let prefix = format!(".{}.new-", name.to_string_lossy());
     let made = fill(parent, &prefix, new, manifest).and_then(|temporary| {
-        fs::rename(temporary.path(), folder).at(folder, "renaming the temporary folder")?;
+        fs::rename(temporary.path(), folder).map_err(|cause| untaken(folder, cause))?;
         let _ = temporary.keep();
         Ok(())
     });
@@ -246,6 +253,31 @@ fn make(folder: &Path, new: &NewRun, manifest: &Manifest) -> Result<(), Error> {
             remove_leftovers(parent, &prefix);
             sync_folder(parent)
         }
+    }
+}
+
+/// A link to a folder stays, and the run takes the place of what it leads to.
+fn followed(folder: &Path) -> Result<PathBuf, Error> {
+    match folder.canonicalize() {
+        Ok(target) if folder.is_symlink() => Ok(target),
+        Err(_) if folder.is_symlink() => {
+            let what = "a link to nothing: make the folder that it leads to, or choose another one";
+            Err(Error::NotARun { path: folder.into(), what })
+        }
+        _ => Ok(folder.into()),
+    }
+}
+
+/// Why a run couldn't take the place of a folder.
+fn untaken(folder: &Path, cause: io::Error) -> Error {
+    let path = folder.into();
+    match cause.kind() {
+        io::ErrorKind::ResourceBusy => {
+            let what = "a disk is mounted there, whose folder can't be replaced: choose a folder \
+                        in it";
+            Error::NotARun { path, what }
+        }
+        _ => Error::Io { path, doing: "renaming the temporary folder", cause },
     }
 }
 
@@ -455,6 +487,45 @@ mod tests {
         refused("experiment.toml: damaged: missing");
         fs::write(folder.join("manifest.json"), "{\n\"format\": }").unwrap();
         refused("manifest.json: damaged: expected value at line 2 column 11");
+    }
+
+    #[test]
+    fn a_link_to_an_empty_folder_is_followed() {
+        let parent = tempfile::tempdir().unwrap();
+        let [disk, link] = ["disk", "link"].map(|name| parent.path().join(name));
+        std::os::unix::fs::symlink(&disk, &link).unwrap();
+        let error = Run::create(&link, &new(300, 0.5)).unwrap_err().to_string();
+        assert!(
+            error.ends_with(
+                "link: a link to nothing: make the folder that it leads to, or \
+                                 choose another one"
+            ),
+            "{error}"
+        );
+        fs::create_dir(&disk).unwrap();
+        for _ in 0..2 {
+            Run::create(&link, &new(300, 0.5)).unwrap();
+            assert!(link.is_symlink());
+            Run::open(&disk).unwrap();
+            assert_eq!(names(parent.path()), ["disk", "link"]);
+        }
+    }
+
+    /// As the system refuses to rename over a mount point: a test may not mount.
+    #[test]
+    fn a_mount_point_is_told_from_other_folders() {
+        let refused =
+            |code| untaken(Path::new("disk"), io::Error::from_raw_os_error(code)).to_string();
+        const EBUSY: i32 = 16;
+        const ENOSPC: i32 = 28;
+        assert_eq!(
+            refused(EBUSY),
+            "disk: a disk is mounted there, whose folder can't be replaced: choose a folder in it"
+        );
+        assert_eq!(
+            refused(ENOSPC),
+            "disk: renaming the temporary folder: No space left on device (os error 28)"
+        );
     }
 
     #[test]

@@ -1,6 +1,6 @@
-//! Where each cell of a run stands, also while it runs: looked up in file ends, nothing disturbed.
+//! Where a cell stands, also while it runs: nothing is disturbed.
 
-use super::{CellFolder, Error, Header, Row, Run, is_locked, read_last};
+use super::{Cell, CellFolder, Error, Expected, Header, Row, is_locked, read_last};
 
 /// What a cell is doing.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -15,7 +15,7 @@ pub enum State {
     Done,
     /// It ended, for this reason.
     Failed(String),
-    /// Its files can't be read, for this reason.
+    /// Its files can't be read, or aren't what was written, for this reason.
     Unreadable(String),
 }
 
@@ -39,6 +39,22 @@ pub struct CellStatus {
 }
 
 impl CellStatus {
+    /// A cell that's to have `target_updates`, as it was seen. One that can't be read says why.
+    #[must_use]
+    pub fn new(cell: &Cell, target_updates: u64, look: Result<Look, Error>) -> Self {
+        let (state, saved_updates, latest) =
+            look.unwrap_or_else(|error| (State::Unreadable(error.to_string()), 0, None));
+        Self {
+            index: cell.index,
+            setting: cell.setting.clone(),
+            seed: cell.seed,
+            state,
+            saved_updates,
+            target_updates,
+            latest,
+        }
+    }
+
     /// Updates done: of a running cell those in its metrics, else those in its checkpoint.
     #[must_use]
     pub fn updates(&self) -> u64 {
@@ -49,42 +65,33 @@ impl CellStatus {
     }
 }
 
-/// Where the cells stand, in the order of their indices. `target_of` has the `learning.updates` of a
-/// cell, by index. A cell that can't be read doesn't hide the others.
-#[must_use]
-pub fn status(run: &Run, target_of: impl Fn(usize) -> u64) -> Vec<CellStatus> {
-    let cells = run.manifest().cells.iter();
-    cells
-        .map(|cell| {
-            let target_updates = target_of(cell.index);
-            let (state, saved_updates, latest) = look(&run.cell(cell), target_updates)
-                .unwrap_or_else(|error| (State::Unreadable(error.to_string()), 0, None));
-            CellStatus {
-                index: cell.index,
-                setting: cell.setting.clone(),
-                seed: cell.seed,
-                state,
-                saved_updates,
-                target_updates,
-                latest,
-            }
-        })
-        .collect()
-}
+/// What can be seen of a cell: its state, the updates in its checkpoint, its newest row.
+pub type Look = (State, u64, Option<Row>);
 
-/// The lock is asked first: a cell that ends meanwhile is then still running, and not stopped
-/// before its last checkpoint.
-fn look(folder: &CellFolder, target_updates: u64) -> Result<(State, u64, Option<Row>), Error> {
-    let is_running = is_locked(&folder.lock())?;
-    let saved_updates = Header::read(&folder.checkpoint())?.map(|header| header.updates);
-    let state = match (folder.failure()?, saved_updates) {
-        (Some(reason), _) => State::Failed(reason),
-        (None, _) if is_running => State::Running,
-        (None, None) => State::Waiting,
-        (None, Some(updates)) if updates >= target_updates => State::Done,
-        (None, Some(_)) => State::Stopped,
-    };
-    Ok((state, saved_updates.unwrap_or(0), read_last(&folder.metrics())?))
+impl CellFolder {
+    /// Where the cell stands. A cell that nobody is at is checked as a resume would check it.
+    ///
+    /// The lock is asked first: a cell that ends meanwhile is then still running, and not stopped
+    /// before its last checkpoint.
+    ///
+    /// # Errors
+    /// As [`CellFolder::whole`].
+    pub fn look(&self, expected: Expected) -> Result<Look, Error> {
+        let is_running = is_locked(&self.lock())?;
+        let header = match is_running {
+            true => Header::read(&self.checkpoint())?,
+            false => self.whole(expected)?.map(|checkpoint| checkpoint.header),
+        };
+        let saved_updates = header.map(|header| header.updates);
+        let state = match (self.failure()?, saved_updates) {
+            (Some(reason), _) => State::Failed(reason),
+            (None, _) if is_running => State::Running,
+            (None, None) => State::Waiting,
+            (None, Some(updates)) if updates >= expected.updates => State::Done,
+            (None, Some(_)) => State::Stopped,
+        };
+        Ok((state, saved_updates.unwrap_or(0), read_last(&self.metrics())?))
+    }
 }
 
 #[cfg(test)]
@@ -92,54 +99,53 @@ mod tests {
     use std::{collections::BTreeMap, fs, path::Path};
 
     use super::*;
-    use crate::store::{Bullet, Cell, NewRun, OpenCell, Precision, Snapshot};
+    use crate::store::{OpenCell, Snapshot};
 
     const TARGET: u64 = 4;
+    const EXPECTED: Expected = Expected { identity: 7, updates: TARGET, steps_per_update: 10 };
 
-    fn run(folder: &Path, n_cells: usize) -> Run {
-        let cells =
-            (0..n_cells).map(|index| Cell { index, setting: "base".into(), seed: index as u64 });
-        let new = NewRun {
-            experiment: "learning.updates = 4".into(),
-            itarl: "0.1.0".into(),
-            bullet: Bullet { version: 325, precision: Precision::Single },
-            models: Vec::new(),
-            seeds: (0..n_cells as u64).collect(),
-            cells: cells.collect(),
-        };
-        Run::create(folder, &new).unwrap()
+    fn folder(parent: &Path, index: u64) -> CellFolder {
+        CellFolder::new(parent.join(format!("seed={index}")))
     }
 
     /// A cell with a checkpoint at `saved` and `rows` rows.
-    fn open(run: &Run, index: usize, saved: u64, rows: u64) -> OpenCell {
-        let (mut cell, _) = OpenCell::open(run.cell(&run.manifest().cells[index]), 7).unwrap();
+    fn open(folder: CellFolder, saved: u64, rows: u64) -> OpenCell {
+        let (mut cell, _) = OpenCell::open(folder, EXPECTED).unwrap();
         for update in 1..=rows {
             cell.append(&Row { update, ..Row::default() }).unwrap();
             if update == saved {
-                let sections = BTreeMap::new();
+                let sections = BTreeMap::from([("world".to_string(), vec![1; 9])]);
                 let (policy, replay) = (&[][..], &[][..]);
-                cell.save(Snapshot { updates: saved, control_steps: 0, sections, policy, replay })
+                let control_steps = 10 * saved;
+                cell.save(Snapshot { updates: saved, control_steps, sections, policy, replay })
                     .unwrap();
             }
         }
         cell
     }
 
+    fn status(folder: &CellFolder, updates: u64) -> CellStatus {
+        let cell = Cell { index: 0, setting: String::new(), seed: 0 };
+        CellStatus::new(&cell, updates, folder.look(Expected { updates, ..EXPECTED }))
+    }
+
     #[test]
     fn every_state_is_told() {
         let parent = tempfile::tempdir().unwrap();
-        let run = run(&parent.path().join("run"), 8);
-        drop(open(&run, 1, 0, 1));
-        let running = open(&run, 2, 2, 3);
-        drop(open(&run, 3, 2, 3));
-        drop(open(&run, 4, TARGET, TARGET));
-        let mut failing = open(&run, 5, 2, 3);
+        let cells: Vec<_> = (0..8).map(|index| folder(parent.path(), index)).collect();
+        let cell = |index: usize| cells[index].clone();
+        drop(open(cell(1), 0, 1));
+        let running = open(cell(2), 2, 3);
+        drop(open(cell(3), 2, 3));
+        drop(open(cell(4), TARGET, TARGET));
+        let mut failing = open(cell(5), 2, 3);
         failing.fail("blew up").unwrap();
-        fs::write(open(&run, 6, 2, 3).folder().checkpoint(), "?").unwrap();
-        let beginning = open(&run, 7, 0, 0);
+        fs::write(open(cell(6), 2, 3).folder().checkpoint(), "?").unwrap();
+        let beginning = open(cell(7), 0, 0);
 
-        let found: Vec<_> = status(&run, |_| TARGET)
-            .into_iter()
+        let found: Vec<_> = cells
+            .iter()
+            .map(|folder| status(folder, TARGET))
             .map(|it| (it.updates(), it.saved_updates, it.latest.map(|row| row.update), it.state))
             .collect();
         let unreadable = &found[6].3;
@@ -160,9 +166,32 @@ mod tests {
             ]
         );
         drop((running, beginning));
-        assert_eq!(status(&run, |_| TARGET)[2].state, State::Stopped);
-        let second_ends_sooner = status(&run, |index| if index == 2 { 2 } else { TARGET });
-        assert_eq!(second_ends_sooner[2].state, State::Done);
-        assert_eq!(second_ends_sooner[3].state, State::Stopped);
+        assert_eq!(status(&cells[2], TARGET).state, State::Stopped);
+        assert_eq!(status(&cells[2], 2).state, State::Done);
+    }
+
+    /// What a resume would refuse isn't called stopped, nor done.
+    #[test]
+    fn damage_is_told_of_every_byte() {
+        let parent = tempfile::tempdir().unwrap();
+        let cell = folder(parent.path(), 0);
+        drop(open(cell.clone(), 2, 3));
+        let known = cell.header(EXPECTED).unwrap().unwrap().metrics.length as usize;
+        for (path, bytes) in [cell.checkpoint(), cell.metrics()].map(|path| {
+            let bytes = fs::read(&path).unwrap();
+            (path, bytes)
+        }) {
+            let length = if path == cell.metrics() { known } else { bytes.len() };
+            for place in (0..length).step_by(7).chain([length - 1]) {
+                let mut flipped = bytes.clone();
+                flipped[place] ^= 4;
+                fs::write(&path, flipped).unwrap();
+                let state = status(&cell, TARGET).state;
+                assert!(matches!(state, State::Unreadable(_)), "{} {place}", path.display());
+            }
+            fs::write(&path, bytes).unwrap();
+        }
+        assert_eq!(status(&cell, TARGET).state, State::Stopped);
+        assert!(matches!(status(&cell, 1).state, State::Unreadable(_)));
     }
 }

@@ -87,7 +87,9 @@ impl<'a> Trainee<'a> {
         }
         check_exports(&cell.folder)?;
         let settings = &cell.cell.experiment;
-        let (mut open, checkpoint) = OpenCell::open(cell.folder.clone(), cell.identity)?;
+        let (mut open, checkpoint) = lab
+            .catalogue()
+            .expecting(cell, |expected| OpenCell::open(cell.folder.clone(), expected))?;
         let mut session = Session::build(settings, lab.morphology(cell), cell.cell.seed)?;
         if let Some(checkpoint) = &checkpoint {
             let path = cell.folder.checkpoint();

@@ -5,37 +5,20 @@ use std::{collections::BTreeSet, fs, path::Path};
 use anyhow::{Context, bail};
 use config::Problems;
 use svenja::Morphology;
-use xxhash_rust::xxh3::xxh3_64;
 
 use crate::{
+    catalogue::{Catalogue, LabCell},
     experiment::{Cell, Experiment, Plan, absolute},
     models,
     session::Session,
-    store::{self, Bullet, CellFolder, NewRun, Precision, Run},
+    store::{self, Bullet, NewRun, Precision, Run},
 };
 
 /// A run opened for work.
 pub struct Lab {
-    run: Run,
-    cells: Vec<LabCell>,
-    models: Vec<Model>,
-}
-
-/// A cell of a run.
-pub struct LabCell {
-    /// Setting, seed and all other settings.
-    pub cell: Cell,
-    /// Where its files are.
-    pub folder: CellFolder,
-    /// What its checkpoints are known by.
-    pub identity: u64,
-    /// Index of its robot.
-    pub(super) model: usize,
-}
-
-struct Model {
-    xxh3: u64,
-    morphology: Morphology,
+    catalogue: Catalogue,
+    /// In the order of `manifest.json`.
+    morphologies: Vec<Morphology>,
 }
 
 /// The physics engine of this program.
@@ -81,7 +64,7 @@ impl Lab {
     pub fn open(folder: &Path, updates: Option<u64>) -> anyhow::Result<Self> {
         let lab = Self::of(Run::open(folder)?)?;
         let Some(updates) = updates else { return Ok(lab) };
-        let run = &lab.run;
+        let run = lab.run();
         let plan = Plan::extended(&run.experiment_path(), run.experiment(), updates)?;
         let paths = models::paths(run);
         let files = run.manifest().models.iter().map(|model| model.file.as_str());
@@ -91,58 +74,41 @@ impl Lab {
     }
 
     /// With more updates, where this text of the same experiment has more.
-    fn extended(mut self, experiment: &str) -> anyhow::Result<Self> {
-        let before = self.run.experiment().to_owned();
-        self.run.extend(experiment)?;
-        if self.run.experiment() == before { Ok(self) } else { Self::of(self.run) }
+    fn extended(self, experiment: &str) -> anyhow::Result<Self> {
+        let mut run = self.run().clone();
+        run.extend(experiment)?;
+        if run.experiment() == self.run().experiment() { Ok(self) } else { Self::of(run) }
     }
 
     fn of(run: Run) -> anyhow::Result<Self> {
         run.require(this_bullet())?;
-        let plan = Plan::written(&run.experiment_path(), run.experiment())?;
-        let manifest = run.manifest();
-        let model = |(index, listed): (usize, &store::Model)| -> anyhow::Result<Model> {
-            Ok(Model { xxh3: listed.xxh3.0, morphology: models::read(&run, index)? })
-        };
-        let models: Vec<_> =
-            manifest.models.iter().enumerate().map(model).collect::<Result<_, _>>()?;
-        let paths = models::paths(&run);
-        let mut cells = Vec::new();
-        for (cell, listed) in plan.cells().iter().zip(&manifest.cells) {
-            let model = models::index(&paths, &cell.experiment)
-                .with_context(|| run.folder().display().to_string())?;
-            let identity = identity(cell, models[model].xxh3);
-            cells.push(LabCell { cell: cell.clone(), folder: run.cell(listed), identity, model });
-        }
-        let same = |cell: &LabCell, listed: &store::Cell| {
-            (&cell.cell.setting, cell.cell.seed) == (&listed.setting, listed.seed)
-        };
-        let fits = plan.cells().len() == manifest.cells.len();
-        if !fits || !cells.iter().zip(&manifest.cells).all(|(cell, listed)| same(cell, listed)) {
-            bail!(
-                "{}: manifest.json lists other cells than experiment.toml has",
-                run.folder().display()
-            );
-        }
-        Ok(Self { run, cells, models })
+        let catalogue = Catalogue::of(run)?;
+        let morphologies = catalogue.morphologies()?;
+        Ok(Self { catalogue, morphologies })
+    }
+
+    /// The run with its cells.
+    #[must_use]
+    pub fn catalogue(&self) -> &Catalogue {
+        &self.catalogue
     }
 
     /// The run's folder.
     #[must_use]
     pub fn run(&self) -> &Run {
-        &self.run
+        self.catalogue.run()
     }
 
     /// All cells, by index.
     #[must_use]
     pub fn cells(&self) -> &[LabCell] {
-        &self.cells
+        self.catalogue.cells()
     }
 
     /// The robot of a cell.
     #[must_use]
     pub fn morphology(&self, cell: &LabCell) -> &Morphology {
-        &self.models[cell.model].morphology
+        &self.morphologies[cell.model]
     }
 }
 
@@ -223,14 +189,4 @@ fn written(plan: &Plan, models: &[(&str, &str)], folder: &Path) -> anyhow::Resul
             folder.display()
         ),
     }
-}
-
-/// Of setting, seed, model and all settings, wherever the run is and however far it goes.
-fn identity(cell: &Cell, model_xxh3: u64) -> u64 {
-    let mut experiment = cell.experiment.clone();
-    experiment.description = None;
-    experiment.model = format!("{model_xxh3:016x}");
-    experiment.learning.updates = 0;
-    let text = format!("{}\n{}\n{}", cell.setting, cell.seed, experiment.to_toml());
-    xxh3_64(text.as_bytes())
 }

@@ -7,9 +7,11 @@ mod room;
 mod stop;
 
 pub use cell::Ending;
-pub use lab::{Lab, LabCell, check_models, this_bullet};
+pub use lab::{Lab, check_models, this_bullet};
 pub use pool::{Observer, Trained, train_all};
 pub use stop::Stop;
+
+pub use crate::catalogue::LabCell;
 
 /// How far a call goes.
 #[derive(Clone, Copy, Debug, Default)]

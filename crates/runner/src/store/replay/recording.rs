@@ -10,6 +10,10 @@
 //!
 //! The metadata's one entry, `itarl`, is JSON with everything else, its keys sorted. (One entry,
 //! because the format's library writes several in any order.)
+//!
+//! Version 2's checksum is of all that's believed: of the tensors' bytes, then of T and the metadata.
+//! Version 1's is of the tensors alone. It's still read; and it's still what a checkpoint has in it,
+//! which has a checksum of its own over all.
 
 use std::{collections::HashMap, path::Path};
 
@@ -27,7 +31,9 @@ use crate::store::{Hash, atomic};
 pub const TENSORS: [&str; 5] = ["poses", "sensors", "actions", "contacts", "terms"];
 
 const ENTRY: &str = "itarl";
-const VERSION: u64 = 1;
+const VERSION: u64 = 2;
+/// Of tensors whose metadata is guarded by whoever holds the bytes.
+const UNGUARDED: u64 = 1;
 
 /// Some control steps as they were. Arrays are row-major.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,7 +63,7 @@ struct Metadata {
     first_control_step: u64,
     format: u64,
     layout: Layout,
-    /// Of the tensors' bytes, in the order of [`TENSORS`].
+    /// As [`hash`] makes it.
     xxh3: Hash,
 }
 
@@ -73,6 +79,19 @@ impl Recording {
     /// # Errors
     /// If an array isn't as long as the layout and T say.
     pub fn encode(&self) -> Result<Vec<u8>, Error> {
+        self.encode_as(VERSION)
+    }
+
+    /// The bytes of a checkpoint's section, the same ones for the same content and for all versions
+    /// of this program: a checkpoint's bytes are a result.
+    ///
+    /// # Errors
+    /// As [`Recording::encode`].
+    pub fn section(&self) -> Result<Vec<u8>, Error> {
+        self.encode_as(UNGUARDED)
+    }
+
+    fn encode_as(&self, format: u64) -> Result<Vec<u8>, Error> {
         let refused = |what: &str, expected: String, found: String| {
             Error::argument("Recording::encode", what, expected, found)
         };
@@ -83,15 +102,18 @@ impl Recording {
             self.contacts.clone(),
             little_endian(&self.terms, f64::to_le_bytes),
         ];
-        let metadata = Metadata {
-            first_control_step: self.first_control_step,
-            format: VERSION,
-            layout: self.layout.clone(),
-            xxh3: hash(parts.each_ref().map(Vec::as_slice)),
-        };
-        let metadata = serde_json::to_string(&metadata).map_err(|error| {
+        let unwritable = |error: serde_json::Error| {
             refused("the layout", "what JSON can hold".into(), error.to_string())
-        })?;
+        };
+        let mut metadata = Metadata {
+            first_control_step: self.first_control_step,
+            format,
+            layout: self.layout.clone(),
+            xxh3: Hash(0),
+        };
+        let slices = parts.each_ref().map(Vec::as_slice);
+        metadata.xxh3 = hash(slices, self.n_steps, &metadata).map_err(unwritable)?;
+        let metadata = serde_json::to_string(&metadata).map_err(unwritable)?;
         let views: Result<Vec<_>, _> = tensors(&self.layout, self.n_steps)
             .into_iter()
             .zip(&parts)
@@ -113,11 +135,12 @@ impl Recording {
     pub fn decode(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
         let damaged = |what: String| Error::damaged(path, what);
         let file = SafeTensors::deserialize(bytes).map_err(|error| damaged(error.to_string()))?;
-        let Metadata { first_control_step, layout, xxh3, .. } = metadata(path, bytes)?;
+        let metadata = metadata(path, bytes)?;
+        let layout = &metadata.layout;
         let steps_of = |name| file.tensor(name).ok().and_then(|view| view.shape().first().copied());
         let n_steps = steps_of("terms").ok_or_else(|| damaged("no tensor `terms`".into()))?;
         let mut parts = [&[][..]; TENSORS.len()];
-        for ((name, dtype, shape), part) in tensors(&layout, n_steps).into_iter().zip(&mut parts) {
+        for ((name, dtype, shape), part) in tensors(layout, n_steps).into_iter().zip(&mut parts) {
             let view = file.tensor(name).map_err(|error| damaged(error.to_string()))?;
             if (view.dtype(), view.shape()) != (dtype, &shape) {
                 let found = format!("{} {:?}", view.dtype(), view.shape());
@@ -125,12 +148,13 @@ impl Recording {
             }
             *part = view.data();
         }
-        if hash(parts) != xxh3 {
-            return Err(damaged("the tensors' checksum is wrong".into()));
+        let hash = hash(parts, n_steps, &metadata).map_err(|error| damaged(error.to_string()))?;
+        if hash != metadata.xxh3 {
+            return Err(damaged("its checksum is wrong".into()));
         }
         Ok(Self {
-            layout,
-            first_control_step,
+            layout: metadata.layout,
+            first_control_step: metadata.first_control_step,
             n_steps,
             poses: numbers(parts[0], f32::from_le_bytes),
             sensors: numbers(parts[1], f32::from_le_bytes),
@@ -157,7 +181,7 @@ fn metadata(path: &Path, bytes: &[u8]) -> Result<Metadata, Error> {
     let entry = entry.ok_or_else(|| damaged(format!("no entry `{ENTRY}` in its metadata")))?;
     let unreadable = |error: serde_json::Error| damaged(format!("metadata `{ENTRY}`: {error}"));
     let Format { format: found } = serde_json::from_str(entry).map_err(unreadable)?;
-    if found != VERSION {
+    if ![UNGUARDED, VERSION].contains(&found) {
         return Err(Error::Version { path: path.into(), found, expected: VERSION });
     }
     serde_json::from_str(entry).map_err(unreadable)
@@ -176,10 +200,16 @@ fn tensors(layout: &Layout, n_steps: usize) -> [(&'static str, Dtype, Vec<usize>
     ]
 }
 
-fn hash(parts: [&[u8]; 5]) -> Hash {
+/// The checksum that belongs to these tensors, in the order of [`TENSORS`], and to T and the metadata,
+/// whose own one isn't looked at.
+fn hash(parts: [&[u8]; 5], n_steps: usize, metadata: &Metadata) -> serde_json::Result<Hash> {
+    let Metadata { first_control_step, format, layout, .. } = metadata;
     let mut hash = Xxh3::new();
     parts.iter().for_each(|part| hash.update(part));
-    Hash(hash.digest())
+    if *format != UNGUARDED {
+        hash.update(&serde_json::to_vec(&(first_control_step, format, layout, n_steps))?);
+    }
+    Ok(Hash(hash.digest()))
 }
 
 fn little_endian<T: Copy, const N: usize>(values: &[T], bytes: impl Fn(T) -> [u8; N]) -> Vec<u8> {
@@ -253,25 +283,36 @@ mod tests {
 
     #[test]
     fn another_version_is_named() {
-        let text = b"\\\"format\\\":1";
+        let text = b"\\\"format\\\":2";
         let mut bytes = small().encode().unwrap();
         let at = bytes.windows(text.len()).position(|part| part == text).unwrap();
-        bytes[at + text.len() - 1] = b'2';
-        assert!(matches!(decode(&bytes), Err(Error::Version { found: 2, expected: 1, .. })));
+        bytes[at + text.len() - 1] = b'3';
+        assert!(matches!(decode(&bytes), Err(Error::Version { found: 3, expected: 2, .. })));
+    }
+
+    /// What version 1 wrote is read; and it's part of checkpoints, whose bytes must stay what they are.
+    #[test]
+    fn the_first_version_stays_what_it_is() {
+        let bytes = small().section().unwrap();
+        assert_eq!(format!("{:016x}", xxhash_rust::xxh3::xxh3_64(&bytes)), "9de723a9c73c0e95");
+        let decoded = decode(&bytes).unwrap();
+        assert_eq!(decoded.section().unwrap(), bytes);
+        assert_eq!(decoded.layout, small().layout);
     }
 
     proptest! {
         #[test]
         fn damage_is_an_error(place: prop::sample::Index, bit in 0_u8..8) {
-            let mut bytes = small().encode().unwrap();
+            let whole = small().encode().unwrap();
+            let mut bytes = whole.clone();
             let place = place.index(bytes.len());
             let cut = matches!(decode(&bytes[..place]), Err(Error::Damaged { .. }));
             prop_assert!(cut);
             bytes[place] ^= 1 << bit;
-            // A flipped bit in a name or a blank of the header may go unseen; one in the numbers
-            // may not.
-            let header = 8 + u64::from_le_bytes(*bytes.first_chunk().unwrap());
-            prop_assert!(decode(&bytes).is_err() || (place as u64) < header);
+            // A flipped bit in a blank of the header may go unseen; what's believed is what was
+            // written.
+            let believed = decode(&bytes).ok().map(|it| it.encode().unwrap());
+            prop_assert!(believed.is_none_or(|believed| believed == whole));
         }
     }
 }

@@ -1,0 +1,235 @@
+//! A run's folder with what it's made of: the cells that `experiment.toml` and `manifest.json` both
+//! have, each with its settings, its folder, and what its checkpoint must say to be its own.
+//!
+//! Whoever trains and whoever reads begins here, so that both believe the same.
+
+use std::path::{Path, absolute};
+
+use anyhow::Context;
+use svenja::Morphology;
+use xxhash_rust::xxh3::xxh3_64;
+
+use crate::{
+    experiment::{Cell, Plan},
+    models, parallel,
+    store::{self, CellFolder, CellStatus, Expected, Row, Run},
+};
+
+/// A run, opened to be read or to be gone on with.
+#[derive(Clone, Debug)]
+pub struct Catalogue {
+    run: Run,
+    plan: Plan,
+    cells: Vec<LabCell>,
+}
+
+/// A cell of a run.
+#[derive(Clone, Debug)]
+pub struct LabCell {
+    /// Setting, seed and all other settings.
+    pub cell: Cell,
+    /// Where its files are.
+    pub folder: CellFolder,
+    /// What its checkpoints are known by.
+    pub identity: u64,
+    /// Index of its robot among the models of `manifest.json`.
+    pub(crate) model: usize,
+}
+
+impl LabCell {
+    /// What its checkpoints must say.
+    #[must_use]
+    pub fn expected(&self) -> Expected {
+        let learning = &self.cell.experiment.learning;
+        let (updates, steps_per_update) = (learning.updates, learning.steps_per_update);
+        Expected { identity: self.identity, updates, steps_per_update }
+    }
+}
+
+impl Catalogue {
+    /// Opens a run's folder, of any Bullet.
+    ///
+    /// # Errors
+    /// What isn't a run; a damaged one, which includes a manifest that lists other cells, seeds or
+    /// models than the experiment has.
+    pub fn open(folder: &Path) -> anyhow::Result<Self> {
+        Self::of(Run::open(folder)?)
+    }
+
+    /// Of a run that is open.
+    ///
+    /// # Errors
+    /// As [`Catalogue::open`].
+    pub fn of(run: Run) -> anyhow::Result<Self> {
+        let plan = Plan::written(&run.experiment_path(), run.experiment())?;
+        let listed = run.manifest();
+        let damaged = |what| Err(store::Error::damaged(&run.manifest_path(), what).into());
+        if let Some(what) = contradiction(&plan, listed) {
+            return damaged(what);
+        }
+        let paths = models::paths(&run);
+        let mut cells = Vec::new();
+        for (cell, in_manifest) in plan.cells().iter().zip(&listed.cells) {
+            let Some(model) = models::index(&paths, &cell.experiment) else {
+                let path = &cell.experiment.model;
+                return damaged(format!("it doesn't list {path}, which experiment.toml has"));
+            };
+            let identity = identity(cell, listed.models[model].xxh3.0);
+            let folder = run.cell(in_manifest);
+            cells.push(LabCell { cell: cell.clone(), folder, identity, model });
+        }
+        Ok(Self { run, plan, cells })
+    }
+
+    /// The run that a cell's folder is in, with the cell.
+    ///
+    /// # Errors
+    /// If the folder isn't one of a run's cell; as [`Catalogue::open`].
+    pub fn of_cell(folder: &Path) -> anyhow::Result<(Self, LabCell)> {
+        let not_a_cell = || {
+            let folder = folder.display();
+            format!("{folder}: a cell's folder expected, DIR/cells/SETTING/seed=N of a run")
+        };
+        // Below a run no link is followed: one from a cell to its neighbour isn't that neighbour. But
+        // there may be one to a cell from elsewhere.
+        let ways = [absolute(folder), folder.canonicalize()];
+        let is_run = |path: &Path| path.join(store::MANIFEST).exists();
+        let found = ways.into_iter().flatten().find_map(|path| {
+            let run = path.ancestors().nth(3).filter(|run| is_run(run))?.to_path_buf();
+            Some((run, path))
+        });
+        let (run, path) = found.with_context(not_a_cell)?;
+        let catalogue = Self::open(&run).with_context(not_a_cell)?;
+        let cell = catalogue.cells.iter().find(|cell| cell.folder.path() == path);
+        let cell = cell.with_context(not_a_cell)?.clone();
+        Ok((catalogue, cell))
+    }
+
+    /// The run's folder.
+    #[must_use]
+    pub fn run(&self) -> &Run {
+        &self.run
+    }
+
+    /// What `experiment.toml` says.
+    #[must_use]
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// All cells, by index.
+    #[must_use]
+    pub fn cells(&self) -> &[LabCell] {
+        &self.cells
+    }
+
+    /// The robots of the run, in the order of `manifest.json`.
+    ///
+    /// # Errors
+    /// A copy of a model file that isn't what the run was made with.
+    pub fn morphologies(&self) -> anyhow::Result<Vec<Morphology>> {
+        (0..self.run.manifest().models.len()).map(|index| models::read(&self.run, index)).collect()
+    }
+
+    /// The robot of a cell.
+    ///
+    /// # Errors
+    /// As [`Catalogue::morphologies`].
+    pub fn morphology(&self, cell: &LabCell) -> anyhow::Result<Morphology> {
+        models::read(&self.run, cell.model)
+    }
+
+    /// All rows of a cell, as [`CellFolder::rows`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn rows(&self, cell: &LabCell) -> Result<Vec<Row>, store::Error> {
+        self.expecting(cell, |expected| cell.folder.rows(expected))
+    }
+
+    /// That a cell's checkpoint and metrics can be believed; what is derived from them then can, too.
+    ///
+    /// # Errors
+    /// As [`CellFolder::header`].
+    pub fn check(&self, cell: &LabCell) -> Result<(), store::Error> {
+        self.expecting(cell, |expected| cell.folder.header(expected)).map(|_| ())
+    }
+
+    /// Where the cells stand, by index. One that can't be read doesn't hide the others.
+    #[must_use]
+    pub fn status(&self) -> Vec<CellStatus> {
+        parallel::map(&self.cells, |cell| {
+            let look = self.expecting(cell, |expected| cell.folder.look(expected));
+            let listed = &self.run.manifest().cells[cell.cell.index];
+            CellStatus::new(listed, cell.cell.experiment.learning.updates, look)
+        })
+    }
+
+    /// Opens something of a cell with what is expected of it. If it's further than the experiment was
+    /// when the run was opened, the run may have been extended since.
+    ///
+    /// # Errors
+    /// Those of `open`.
+    pub fn expecting<T>(
+        &self,
+        cell: &LabCell,
+        open: impl Fn(Expected) -> Result<T, store::Error>,
+    ) -> Result<T, store::Error> {
+        let opened = open(cell.expected());
+        if !matches!(opened, Err(store::Error::Beyond { .. })) {
+            return opened;
+        }
+        match Self::open(self.run.folder()) {
+            Ok(now) => now.cells.get(cell.cell.index).map_or(opened, |it| open(it.expected())),
+            Err(_) => opened,
+        }
+    }
+}
+
+/// In what the manifest isn't that of the experiment.
+fn contradiction(plan: &Plan, manifest: &store::Manifest) -> Option<String> {
+    if plan.seeds() != manifest.seeds {
+        let [here, there] = [&manifest.seeds[..], plan.seeds()].map(|seeds| format!("{seeds:?}"));
+        return Some(format!("the seeds are {here}, and in experiment.toml {there}"));
+    }
+    let here = manifest.cells.iter().map(|cell| (cell.setting.as_str(), cell.seed));
+    let there = plan.cells().iter().map(|cell| (cell.setting.as_str(), cell.seed));
+    let name = |(setting, seed): (&str, u64)| format!("{setting}/seed={seed}");
+    if let Some((i, (here, there))) =
+        here.zip(there).enumerate().find(|(_, (here, there))| here != there)
+    {
+        let [here, there] = [here, there].map(name);
+        return Some(format!("cell {i} is {here}, and in experiment.toml {there}"));
+    }
+    let [here, there] = [manifest.cells.len(), plan.cells().len()];
+    (here != there).then(|| format!("it lists {here} cells, and experiment.toml has {there}"))
+}
+
+/// Of setting, seed, model and all settings, wherever the run is and however far it goes.
+fn identity(cell: &Cell, model_xxh3: u64) -> u64 {
+    let mut experiment = cell.experiment.clone();
+    experiment.description = None;
+    experiment.model = format!("{model_xxh3:016x}");
+    experiment.learning.updates = 0;
+    let text = format!("{}\n{}\n{}", cell.setting, cell.seed, experiment.to_toml());
+    xxh3_64(text.as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As in the checkpoints of runs that are there: others would be refused.
+    #[test]
+    fn identities_do_not_change_with_versions() {
+        let quick = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments/quick.toml");
+        let changes = ["checkpoint.every=6", "learning.updates=12"].map(str::to_owned);
+        let plan = Plan::open(&quick, &changes).unwrap();
+        let cells = plan.cells();
+        let identity = |cell| format!("{:016x}", identity(cell, 0xfd1a_2299_37d3_bdd4));
+        assert_eq!(cells[0].folder(), Path::new("xi=0.75/seed=1"));
+        assert_eq!(identity(&cells[0]), "0ea4cc31311e4ae5");
+        assert_eq!(cells[15].folder(), Path::new("xi=1/seed=8"));
+        assert_eq!(identity(&cells[15]), "3f47c3baa87971e0");
+    }
+}
