@@ -11,10 +11,8 @@ use std::{
 
 use common::*;
 use resvg::{tiny_skia::Pixmap, usvg::roxmltree};
-use runner::{
-    experiment::Plan,
-    store::{Bullet, Cell, NewRun, Precision, Row, Run, header_line},
-};
+use runner::experiment::Plan;
+use runs::{Bullet, Cell, NewRun, Precision, Row, Run, header_line};
 use tempfile::TempDir;
 
 const FIGURES: [&str; 6] = ["robot", "learning-curves", "close-up", "feet", "scatter", "final"];

@@ -16,10 +16,8 @@ use std::{
 };
 
 use common::*;
-use runner::{
-    catalogue::Catalogue,
-    store::{Checkpoint, Header, Run},
-};
+use runner::catalogue::Catalogue;
+use runs::{Checkpoint, Header, Run};
 use tempfile::TempDir;
 
 /// Four cells of 30 updates, done; and one of them.

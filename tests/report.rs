@@ -12,7 +12,7 @@ use std::{
 
 use browser::{Browser, changed, n_colours};
 use common::*;
-use runner::store::Recording;
+use runs::Recording;
 use serde_json::json;
 use svenja::Morphology;
 use tempfile::TempDir;

@@ -25,8 +25,8 @@ use runner::{
     plots::{self, FIGURES, Options},
     report::Report,
     reward::Terms,
-    store::{self, Bullet, Cell, Checkpoint, Extent, Header, Layout, NewRun, Precision, Recording},
 };
+use runs::{Bullet, Cell, Checkpoint, Extent, Header, Layout, NewRun, Precision, Recording};
 use svenja::Morphology;
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -120,7 +120,7 @@ fn make(
         seeds: (1..=n_instances as u64).collect(),
         cells: cells.collect(),
     };
-    let catalogue = Catalogue::of(store::Run::create(folder, &new)?)?;
+    let catalogue = Catalogue::of(runs::Run::create(folder, &new)?)?;
     for LabCell { cell, folder, identity, .. } in catalogue.cells() {
         fs::create_dir_all(folder.path())?;
         let mut random = ChaCha8Rng::seed_from_u64(cell.index as u64);
@@ -161,7 +161,7 @@ fn write_metrics(
     random: &mut ChaCha8Rng,
 ) -> std::io::Result<()> {
     let mut out = BufWriter::new(fs::File::create(path)?);
-    out.write_all(store::header_line().as_bytes())?;
+    out.write_all(runs::header_line().as_bytes())?;
     let is_stuck = xi > 0.9 && uniform(random) < 0.55;
     let height = match is_stuck {
         true => 0.004 * uniform(random),

@@ -6,13 +6,13 @@
 use std::path::{Path, absolute};
 
 use anyhow::Context;
+use runs::{CellFolder, CellStatus, Expected, Row, Run};
 use svenja::Morphology;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::{
     experiment::{Cell, Plan},
-    models, parallel,
-    store::{self, CellFolder, CellStatus, Expected, Row, Run},
+    models,
 };
 
 /// A run, opened to be read or to be gone on with.
@@ -63,7 +63,7 @@ impl Catalogue {
     pub fn of(run: Run) -> anyhow::Result<Self> {
         let plan = Plan::written(&run.experiment_path(), run.experiment())?;
         let listed = run.manifest();
-        let damaged = |what| Err(store::Error::damaged(&run.manifest_path(), what).into());
+        let damaged = |what| Err(runs::Error::damaged(&run.manifest_path(), what).into());
         if let Some(what) = contradiction(&plan, listed) {
             return damaged(what);
         }
@@ -93,7 +93,7 @@ impl Catalogue {
         // Below a run no link is followed: one from a cell to its neighbour isn't that neighbour. But
         // there may be one to a cell from elsewhere.
         let ways = [absolute(folder), folder.canonicalize()];
-        let is_run = |path: &Path| path.join(store::MANIFEST).exists();
+        let is_run = |path: &Path| path.join(runs::MANIFEST).exists();
         let found = ways.into_iter().flatten().find_map(|path| {
             let run = path.ancestors().nth(3).filter(|run| is_run(run))?.to_path_buf();
             Some((run, path))
@@ -143,7 +143,7 @@ impl Catalogue {
     ///
     /// # Errors
     /// As there.
-    pub fn rows(&self, cell: &LabCell) -> Result<Vec<Row>, store::Error> {
+    pub fn rows(&self, cell: &LabCell) -> Result<Vec<Row>, runs::Error> {
         self.expecting(cell, |expected| cell.folder.rows(expected))
     }
 
@@ -151,14 +151,14 @@ impl Catalogue {
     ///
     /// # Errors
     /// As [`CellFolder::header`].
-    pub fn check(&self, cell: &LabCell) -> Result<(), store::Error> {
+    pub fn check(&self, cell: &LabCell) -> Result<(), runs::Error> {
         self.expecting(cell, |expected| cell.folder.header(expected)).map(|_| ())
     }
 
     /// Where the cells stand, by index. One that can't be read doesn't hide the others.
     #[must_use]
     pub fn status(&self) -> Vec<CellStatus> {
-        parallel::map(&self.cells, |cell| {
+        runs::parallel::map(&self.cells, |cell| {
             let look = self.expecting(cell, |expected| cell.folder.look(expected));
             let listed = &self.run.manifest().cells[cell.cell.index];
             CellStatus::new(listed, cell.cell.experiment.learning.updates, look)
@@ -173,10 +173,10 @@ impl Catalogue {
     pub fn expecting<T>(
         &self,
         cell: &LabCell,
-        open: impl Fn(Expected) -> Result<T, store::Error>,
-    ) -> Result<T, store::Error> {
+        open: impl Fn(Expected) -> Result<T, runs::Error>,
+    ) -> Result<T, runs::Error> {
         let opened = open(cell.expected());
-        if !matches!(opened, Err(store::Error::Beyond { .. })) {
+        if !matches!(opened, Err(runs::Error::Beyond { .. })) {
             return opened;
         }
         match Self::open(self.run.folder()) {
@@ -187,7 +187,7 @@ impl Catalogue {
 }
 
 /// In what the manifest isn't that of the experiment.
-fn contradiction(plan: &Plan, manifest: &store::Manifest) -> Option<String> {
+fn contradiction(plan: &Plan, manifest: &runs::Manifest) -> Option<String> {
     if plan.seeds() != manifest.seeds {
         let [here, there] = [&manifest.seeds[..], plan.seeds()].map(|seeds| format!("{seeds:?}"));
         return Some(format!("the seeds are {here}, and in experiment.toml {there}"));

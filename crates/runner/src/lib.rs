@@ -14,10 +14,8 @@ pub mod report;
 pub mod reward;
 pub mod rollout;
 pub mod session;
-pub mod store;
 pub mod training;
 
 mod models;
 mod numbers;
-mod parallel;
 mod rules;

@@ -1,12 +1,10 @@
 //! The models of a run: its copies of their files, found and read.
 
 use anyhow::Context;
+use runs::Run;
 use svenja::Morphology;
 
-use crate::{
-    experiment::{Experiment, absolute},
-    store::Run,
-};
+use crate::experiment::{Experiment, absolute};
 
 /// The folder of the copies, seen from a run's experiment file.
 pub(crate) const FOLDER: &str = "models";

@@ -8,11 +8,9 @@ use std::{
 };
 
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use runs::{Header, Row};
 
-use crate::{
-    store::{Header, Row},
-    training::{Ending, Lab, LabCell, Observer},
-};
+use crate::training::{Ending, Lab, LabCell, Observer};
 
 /// What the bars show; a test parses them.
 const OVERALL: &str = "{msg} {bar:30} {percent:>3} %  {pace}";

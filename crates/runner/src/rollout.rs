@@ -6,13 +6,13 @@ use rand_chacha::{
     ChaCha8Rng,
     rand_core::{Rng, SeedableRng},
 };
+use runs::{Recording, Ring};
 use svenja::Morphology;
 
 use crate::{
     experiment::Experiment,
     gait::Gait,
     session::{Episode, Solver, Transition, recorded_layout},
-    store::{Recording, Ring},
 };
 
 /// What decides about targets.

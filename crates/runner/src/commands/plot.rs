@@ -3,6 +3,7 @@
 use std::{collections::BTreeSet, fs};
 
 use anyhow::Context;
+use runs::atomic;
 
 use super::{Outcome, say};
 use crate::{
@@ -10,7 +11,6 @@ use crate::{
     cli::{Format, Plot},
     plots::{self, Error, FIGURES, Figure, Options, Run},
     progress::{Counter, tell},
-    store::atomic,
 };
 
 pub(super) fn plot(arguments: &Plot) -> anyhow::Result<Outcome> {

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use maud::html;
+use runs::atomic;
 use svenja::Morphology;
 
 use super::{Outcome, say, subject::Subject};
@@ -19,7 +20,6 @@ use crate::{
         viewer,
     },
     rollout::record,
-    store::atomic,
 };
 
 const GIF_SIZE: Size = Size { width: 480, height: 320 };

@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
+use runs::atomic;
+
 use super::{Outcome, say};
 use crate::{
     progress::{Counter, tell},
     report::Report,
-    store::atomic,
 };
 
 pub(super) fn report(folder: &Path) -> anyhow::Result<Outcome> {

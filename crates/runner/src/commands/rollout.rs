@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use runs::atomic;
 use svenja::Morphology;
 
 use super::{Outcome, say, subject::Subject};
@@ -9,7 +10,6 @@ use crate::{
     cli::Rollout,
     reward::Terms,
     rollout::{RolloutStep, Summary, roll_out},
-    store::atomic,
 };
 
 pub(super) fn rollout(arguments: &Rollout) -> anyhow::Result<Outcome> {

@@ -3,12 +3,10 @@
 use std::path::Path;
 
 use comfy_table::{CellAlignment, Table, presets::ASCII_MARKDOWN};
+use runs::{CellStatus, Row, State};
 
 use super::{Outcome, say};
-use crate::{
-    catalogue::Catalogue,
-    store::{CellStatus, Row, State},
-};
+use crate::catalogue::Catalogue;
 
 pub(super) fn status(folder: &Path) -> anyhow::Result<Outcome> {
     let cells = Catalogue::open(folder)?.status();

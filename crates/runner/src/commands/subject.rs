@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use config::Document;
 use crbm::{Layout, Policy, Sampling};
+use runs::atomic;
 use svenja::Morphology;
 
 use crate::{
@@ -12,7 +13,6 @@ use crate::{
     experiment::Experiment,
     gait::Gait,
     rollout::Driver,
-    store::atomic,
     training::this_bullet,
 };
 

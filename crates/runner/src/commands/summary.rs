@@ -13,6 +13,7 @@ use std::collections::BTreeMap;
 
 use anyhow::{Context, bail};
 use comfy_table::{CellAlignment, Table, presets::ASCII_MARKDOWN};
+use runs::Row;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::{Outcome, say};
@@ -21,7 +22,6 @@ use crate::{
     cli::{Summary, Updates},
     plots::Omitted,
     progress::tell,
-    store::Row,
 };
 
 /// What an instance did in early and in late updates.

@@ -1,6 +1,6 @@
 //! Which feet touched the ground in the last recorded control steps.
 
-use crate::store::Recording;
+use runs::Recording;
 
 /// Contact readings, step by step.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,8 +53,9 @@ impl Contacts {
 
 #[cfg(test)]
 mod tests {
+    use runs::Layout;
+
     use super::*;
-    use crate::store::Layout;
 
     #[test]
     fn feet_are_the_last_readings_by_the_names_of_bodies() {

@@ -37,7 +37,6 @@ pub use outcome::{Choice, Outcome, best_and_median};
 pub use run::{Instance, Omitted, Run, Setting};
 pub use tables::Table;
 
-use crate::store;
 use outcome::choice;
 
 /// The figures, in the order of the paper.
@@ -131,7 +130,7 @@ pub fn tables(run: &Run) -> Vec<Table> {
 pub enum Error {
     /// It can't be read.
     #[error(transparent)]
-    Store(#[from] store::Error),
+    Store(#[from] runs::Error),
     /// It has no update.
     #[error("{}: {}", folder.display(), empty(folder, omitted))]
     Empty {

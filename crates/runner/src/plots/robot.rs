@@ -5,10 +5,7 @@ use base64::{Engine, engine::general_purpose::STANDARD};
 use svenja::Morphology;
 
 use super::{Drawing, Error, Figure, Options, Run};
-use crate::{
-    replay::{figure::three_sides, render::Picture},
-    store,
-};
+use crate::replay::{figure::three_sides, render::Picture};
 
 pub(super) const FIGURE: Figure = Figure {
     name: "robot",
@@ -44,9 +41,9 @@ fn draw(run: &Run, _: &Options) -> Result<Drawing, Error> {
 
 /// The run's copies.
 fn models(run: &Run) -> Result<Vec<Morphology>, Error> {
-    let run = store::Run::open(&run.folder)?;
+    let run = runs::Run::open(&run.folder)?;
     let nothing = |why: String| Error::Nothing { figure: FIGURE.name, why };
-    let model = |listed: &store::Model| {
+    let model = |listed: &runs::Model| {
         let source = run.model_path(&listed.file).display().to_string();
         Morphology::parse(&source, &run.model(listed)?)
             .map_err(|problems| nothing(problems.to_string()))
@@ -69,11 +66,10 @@ fn stacked(pictures: &[Picture]) -> Picture {
 
 #[cfg(test)]
 mod tests {
+    use runs::{Bullet, NewRun, Precision};
+
     use super::*;
-    use crate::{
-        plots::example::run_of,
-        store::{Bullet, NewRun, Precision},
-    };
+    use crate::plots::example::run_of;
 
     /// A run folder with these model files, and nothing trained in it.
     fn run(models: &[&str]) -> (tempfile::TempDir, Run) {
@@ -91,7 +87,7 @@ mod tests {
             seeds: Vec::new(),
             cells: Vec::new(),
         };
-        store::Run::create(&folder, &new).unwrap();
+        runs::Run::create(&folder, &new).unwrap();
         let run = Run { folder, ..run_of(&[("base", vec![vec![0.0]])]) };
         (parent, run)
     }

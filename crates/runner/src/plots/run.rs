@@ -8,12 +8,12 @@ use std::{
     sync::atomic::{AtomicUsize, Ordering},
 };
 
+use runs::{CellFolder, Recording, Row};
+
 use super::{Contacts, Error, Outcome, choice};
 use crate::{
     catalogue::{Catalogue, LabCell},
     experiment::Cell,
-    parallel,
-    store::{self, CellFolder, Recording, Row},
 };
 
 /// Beyond it a number isn't one that learning gives, and its square has no place in an f64.
@@ -97,7 +97,7 @@ impl Run {
         let folder = catalogue.run().folder();
         let cells = catalogue.cells();
         let n_read = AtomicUsize::new(0);
-        let instances = parallel::map(cells, |cell| {
+        let instances = runs::parallel::map(cells, |cell| {
             let read = Instance::read(catalogue, cell);
             progress(n_read.fetch_add(1, Ordering::Relaxed) + 1, cells.len());
             read
@@ -174,11 +174,11 @@ impl Instance {
     }
 
     /// None if there's no update yet.
-    fn read(catalogue: &Catalogue, cell: &LabCell) -> Result<Option<Self>, store::Error> {
+    fn read(catalogue: &Catalogue, cell: &LabCell) -> Result<Option<Self>, runs::Error> {
         let rows = catalogue.rows(cell)?;
         let LabCell { cell, folder, .. } = cell;
         if let Some(what) = rows.iter().enumerate().find_map(|(i, row)| wrong(i, row)) {
-            return Err(store::Error::Damaged { path: folder.metrics(), what });
+            return Err(runs::Error::Damaged { path: folder.metrics(), what });
         }
         let column = |of: fn(&Row) -> f64| rows.iter().map(of).collect();
         Ok((!rows.is_empty()).then(|| Self {

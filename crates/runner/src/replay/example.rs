@@ -1,13 +1,11 @@
 //! A small made-up clip for tests: a block that slides along +y by 0.1 m a frame, with a ball before
 //! it and a rod behind.
 
+use runs::{Layout, Recording};
 use svenja::Morphology;
 
 use super::Clip;
-use crate::{
-    experiment::Experiment,
-    store::{Layout, Recording},
-};
+use crate::experiment::Experiment;
 
 const MODEL: &str = r##"
 name = "Slider"

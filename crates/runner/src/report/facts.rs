@@ -1,13 +1,9 @@
 //! What was run: settings, seeds, versions, how far it is, and what is wrong with it.
 
 use maud::{Markup, html};
+use runs::{CellStatus, Precision, Run, State};
 
-use crate::{
-    experiment::Plan,
-    numbers::grouped,
-    plots::Omitted,
-    store::{CellStatus, Precision, Run, State},
-};
+use crate::{experiment::Plan, numbers::grouped, plots::Omitted};
 
 /// The run's folder, without the way to it.
 pub(super) fn name(run: &Run) -> String {

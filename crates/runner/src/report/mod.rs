@@ -12,6 +12,7 @@ use std::path::Path;
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use maud::{Markup, html};
+use runs::CellStatus;
 
 use crate::{
     catalogue::{Catalogue, LabCell},
@@ -21,7 +22,6 @@ use crate::{
         page::page,
         viewer::{PAGE_BYTES, Packed},
     },
-    store::CellStatus,
 };
 
 /// Of all recordings together: a page of 150 cells stays below 15 MB.

@@ -5,13 +5,13 @@
 //! first one the robot settles: [`Episode::rest`], [`hold`], [`Episode::settle`], as long as it
 //! [is settling](Episode::is_settling).
 
+use runs::{Layout, Step as Recorded};
 use svenja::{Morphology, Readings};
 
 use super::{Body, Codec, CodecShape, Solver, Whereabouts, body};
 use crate::{
     experiment::Experiment,
     reward::{Group, Reward, SensorLayout, Terms},
-    store::{Layout, Step as Recorded},
 };
 
 /// A body with what turns its readings into bits, bits into its targets, and its steps into rewards.

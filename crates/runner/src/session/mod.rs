@@ -26,10 +26,9 @@ pub use error::Error;
 pub use solver::Solver;
 pub use wind::Wind;
 
-use crate::{
-    experiment::Experiment,
-    store::{Recording, Ring, Row},
-};
+use runs::{Recording, Ring, Row};
+
+use crate::experiment::Experiment;
 use tally::Tally;
 
 /// One training instance at work.

@@ -3,10 +3,10 @@
 use std::{collections::BTreeMap, path::Path};
 
 use crbm::ChainRng;
+use runs::{Checkpoint, Header, Recording};
 use serde::{Serialize, de::DeserializeOwned};
 
 use super::{Error, Session};
-use crate::store::{Checkpoint, Header, Recording};
 
 const WORLD: &str = "world";
 const INPUTS: &str = "inputs";

@@ -5,13 +5,10 @@ use std::{collections::BTreeMap, path::Path};
 use config::Document;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use proptest::prelude::*;
+use runs::{Checkpoint, Extent, Header};
 
 use super::*;
-use crate::{
-    experiment::Experiment,
-    reward::Terms,
-    store::{Checkpoint, Extent, Header},
-};
+use crate::{experiment::Experiment, reward::Terms};
 
 /// T
 const T: usize = 60;

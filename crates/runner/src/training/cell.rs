@@ -2,12 +2,12 @@
 
 use anyhow::Context;
 use crbm::Layout;
+use runs::{CellFolder, OpenCell, Recording, Snapshot, atomic};
 
 use super::{Lab, LabCell, Limits, Observer};
 use crate::{
     experiment::{ControlSettings, PhysicsSettings},
     session::{self, Session},
-    store::{self, CellFolder, OpenCell, Recording, Snapshot, atomic},
 };
 
 /// How a cell's training ended in this call.
@@ -32,7 +32,7 @@ impl Ending {
     /// Of a cell whose files couldn't be had.
     fn of(error: anyhow::Error) -> Self {
         match error.downcast_ref() {
-            Some(store::Error::Locked { .. }) => Self::Elsewhere,
+            Some(runs::Error::Locked { .. }) => Self::Elsewhere,
             Some(lack) if lack.is_lack_of_files() => Self::Crowded(error),
             _ => Self::Broken(error),
         }

@@ -4,6 +4,7 @@ use std::{collections::BTreeSet, fs, path::Path};
 
 use anyhow::{Context, bail};
 use config::Problems;
+use runs::{Bullet, NewRun, Precision, Run};
 use svenja::Morphology;
 
 use crate::{
@@ -11,7 +12,6 @@ use crate::{
     experiment::{Cell, Experiment, Plan, absolute},
     models,
     session::Session,
-    store::{self, Bullet, NewRun, Precision, Run},
 };
 
 /// A run opened for work.
@@ -40,7 +40,7 @@ impl Lab {
         let names: Vec<_> =
             files.iter().map(|file| (file.path.as_str(), file.name.as_str())).collect();
         let experiment = written(plan, &names, folder)?;
-        let cell = |cell: &Cell| store::Cell {
+        let cell = |cell: &Cell| runs::Cell {
             index: cell.index,
             setting: cell.setting.clone(),
             seed: cell.seed,

@@ -12,16 +12,14 @@ use std::{
 };
 
 use bullet::LockstepCounts;
+use runs::Row;
 
 use super::{
     Ending, How, Lab, LabCell, SolverKind, Stop,
     cell::{Build, Trainee},
     room::Room,
 };
-use crate::{
-    session::{Session, Solver, control_step},
-    store::Row,
-};
+use crate::session::{Session, Solver, control_step};
 
 /// Is told how training goes, from all threads.
 pub trait Observer: Sync {

@@ -1,4 +1,4 @@
-//! Work on many things of one kind, by as many threads as there are cores.
+//! Work on many cells, or other things of one kind, by as many threads as there are cores.
 
 use std::{
     iter,
@@ -9,7 +9,7 @@ use std::{
 };
 
 /// What `work` makes of each item, in their order.
-pub(crate) fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
+pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let n_threads = thread::available_parallelism().map_or(1, NonZero::get).min(items.len());
     let next = AtomicUsize::new(0);
     let some = || {

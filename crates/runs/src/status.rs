@@ -99,7 +99,7 @@ mod tests {
     use std::{collections::BTreeMap, fs, path::Path};
 
     use super::*;
-    use crate::store::{OpenCell, Snapshot};
+    use crate::{OpenCell, Snapshot};
 
     const TARGET: u64 = 4;
     const EXPECTED: Expected = Expected { identity: 7, updates: TARGET, steps_per_update: 10 };

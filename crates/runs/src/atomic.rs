@@ -76,7 +76,10 @@ pub(crate) fn remove(path: &Path) -> Result<(), Error> {
 }
 
 /// The bytes of a file; none if there's no such file.
-pub(crate) fn read(path: &Path) -> Result<Option<Vec<u8>>, Error> {
+///
+/// # Errors
+/// With the path, if it's there and can't be read.
+pub fn read(path: &Path) -> Result<Option<Vec<u8>>, Error> {
     match fs::read(path) {
         Ok(bytes) => Ok(Some(bytes)),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),

@@ -1,6 +1,30 @@
 //! What a run leaves on disk, so that it can be killed at any moment and go on exactly.
 //!
-//! `docs/run-folders.md` has every file, column and tensor. Three rules keep it whole:
+//! Whoever trains writes here, and whoever reads results reads here; neither physics nor learning is
+//! known. `docs/run-folders.md` has every file, column and tensor.
+//!
+//! | file | what |
+//! |---|---|
+//! | `run.rs`, `manifest.rs`, `settings.rs` | [`Run`]: the folder as a whole; [`Manifest`]: what it's made of; what may differ from it |
+//! | `cell.rs` | [`CellFolder`]: a cell's files; [`OpenCell`]: writing them, and in which order |
+//! | `checkpoint.rs` | [`Checkpoint`]: the whole state, in an envelope that says whose it is |
+//! | `metrics.rs`, `appended.rs` | [`Row`]: one update; [`Appended`]: a file that only grows, cut back to its checkpoint |
+//! | `replay/` | [`Recording`]: the last control steps; [`Ring`]: as they're kept while training |
+//! | `record.rs`, `status.rs` | a cell as a reader may believe it; [`CellStatus`]: where it stands |
+//! | `lock.rs`, `atomic.rs` | [`Lock`]: one writer at a time; [`atomic`]: whole files |
+//! | `error.rs` | [`Error`]: which file, what was being done, what to do about it |
+//! | `parallel.rs` | many cells read at a time |
+//!
+//! ```no_run
+//! let run = runs::Run::open("runs/quick".as_ref())?;
+//! for cell in &run.manifest().cells {
+//!     let latest = runs::read_last(&run.cell(cell).metrics())?;
+//!     println!("{} seed {}: {:?}", cell.setting, cell.seed, latest.map(|row| row.reward));
+//! }
+//! # Ok::<(), runs::Error>(())
+//! ```
+//!
+//! Three rules keep a run whole:
 //!
 //! 1. A file is either replaced as a whole, by one rename ([`atomic`]), or only grows
 //!    ([`Appended`]). The run folder itself appears by one rename ([`Run::create`]).
@@ -8,6 +32,8 @@
 //!    then; rows after it are cut off when the cell goes on. The exports are derived from it.
 //! 3. One process at a time writes to a cell ([`Lock`]). Reading needs no lock, and believes what a
 //!    resume would go on from ([`CellFolder::rows`]).
+
+#![forbid(unsafe_code)]
 
 mod appended;
 pub mod atomic;
@@ -17,6 +43,7 @@ mod error;
 mod lock;
 mod manifest;
 mod metrics;
+pub mod parallel;
 mod record;
 mod replay;
 mod run;
@@ -31,8 +58,7 @@ pub use lock::{Lock, is_locked};
 pub use manifest::{Bullet, Cell, Hash, Manifest, Model, Precision};
 pub use metrics::{COLUMNS, Row, header_line, read_all, read_last};
 pub use replay::{Layout, Recording, Ring, Step, TENSORS};
-pub(crate) use run::MANIFEST;
-pub use run::{NewRun, Run};
+pub use run::{MANIFEST, NewRun, Run};
 pub use status::{CellStatus, Look, State};
 
 #[cfg(test)]
@@ -42,7 +68,7 @@ mod tests {
     /// Each name that a reader of the files meets is explained.
     #[test]
     fn the_document_has_every_name() {
-        let document = include_str!("../../../../docs/run-folders.md");
+        let document = include_str!("../../../docs/run-folders.md");
         let folder = CellFolder::new("cells/xi=0.75/seed=1");
         let files = [
             folder.metrics(),

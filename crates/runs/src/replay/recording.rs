@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::Xxh3;
 
 use super::{Error, Layout, POSE};
-use crate::store::{Hash, atomic};
+use crate::{Hash, atomic};
 
 /// The tensors' names.
 pub const TENSORS: [&str; 5] = ["poses", "sensors", "actions", "contacts", "terms"];

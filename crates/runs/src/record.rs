@@ -88,7 +88,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::store::{OpenCell, Snapshot};
+    use crate::{OpenCell, Snapshot};
 
     const EXPECTED: Expected = Expected { identity: 7, updates: 1000, steps_per_update: 10 };
 

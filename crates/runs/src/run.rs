@@ -21,7 +21,8 @@ use super::{
 };
 
 const EXPERIMENT: &str = "experiment.toml";
-pub(crate) const MANIFEST: &str = "manifest.json";
+/// What every run's folder has: the file that says what it's made of.
+pub const MANIFEST: &str = "manifest.json";
 const MODELS: &str = "models";
 const CELLS: &str = "cells";
 
@@ -321,7 +322,7 @@ mod tests {
     use std::thread;
 
     use super::*;
-    use crate::store::Precision;
+    use crate::Precision;
 
     const SINGLE: Bullet = Bullet { version: 325, precision: Precision::Single };
 

@@ -172,7 +172,8 @@ impl Error {
         matches!(self, Self::Io { cause, .. } if lacks.contains(&cause.raw_os_error()))
     }
 
-    pub(crate) fn damaged(path: &Path, what: impl Into<String>) -> Self {
+    /// That a file isn't as it was written, with what is wrong and where in it.
+    pub fn damaged(path: &Path, what: impl Into<String>) -> Self {
         Self::Damaged { path: path.into(), what: what.into() }
     }
 

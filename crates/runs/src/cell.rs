@@ -217,7 +217,7 @@ fn begin(folder: &CellFolder) -> Result<Appended, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::{read_all, read_last};
+    use crate::{read_all, read_last};
 
     const EXPECTED: Expected = Expected { identity: 7, updates: 100, steps_per_update: 100 };
 
