@@ -38,8 +38,8 @@ mod value;
 pub use document::{Document, LARGEST_FILE};
 pub use problem::{MOST_PROBLEMS, Place, Problem, Problems};
 pub use rule::{
-    Mismatch, Placed, Rule, above, angle_deg, at_least, flag, integer, list, name, number, one_of,
-    placed, text, vector, within,
+    Mismatch, Placed, Rule, above, angle_deg, at_least, count, flag, integer, list, name, number,
+    one_of, or_false, or_word, placed, text, vector, within,
 };
 pub use section::{Section, suggestion};
 pub use value::{Key, Node, Value, shown};

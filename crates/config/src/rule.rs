@@ -1,5 +1,7 @@
 //! What a value must be, in words and in code.
 
+use std::marker::PhantomData;
+
 use crate::{Node, Place, Value, suggestion};
 
 /// Turns a value into what the reader needs, or says what it should have been.
@@ -156,6 +158,62 @@ impl Rule for Integer {
             Value::Integer(value) if (self.low..=self.high).contains(&value) => Ok(value),
             _ => Err(self.refuse(node)),
         }
+    }
+}
+
+/// A whole number within bounds, as a Rust integer.
+#[derive(Clone, Copy, Debug)]
+pub struct Count<T> {
+    whole: Integer,
+    integer: PhantomData<T>,
+}
+
+/// A whole number between two bounds, which it may reach, as a Rust integer. `i64::MAX` is no bound.
+pub fn count<T: TryFrom<i64>>(low: i64, high: i64) -> Count<T> {
+    Count { whole: integer(low, high), integer: PhantomData }
+}
+
+impl<T: TryFrom<i64>> Rule for Count<T> {
+    type Out = T;
+
+    fn expected(&self) -> String {
+        self.whole.expected()
+    }
+
+    fn take(&self, node: &Node) -> Result<T, Mismatch> {
+        T::try_from(self.whole.take(node)?).map_err(|_| self.refuse(node))
+    }
+}
+
+/// A value, or a word in its place for none, so that "none" can be written and swept too.
+#[derive(Clone, Debug)]
+pub struct OrWord<R> {
+    rule: R,
+    word: Value,
+}
+
+/// A value, or this word for none.
+pub fn or_word<R: Rule>(rule: R, word: &str) -> OrWord<R> {
+    OrWord { rule, word: Value::Text(word.into()) }
+}
+
+/// A value, or false for none.
+pub fn or_false<R: Rule>(rule: R) -> OrWord<R> {
+    OrWord { rule, word: Value::Flag(false) }
+}
+
+impl<R: Rule> Rule for OrWord<R> {
+    type Out = Option<R::Out>;
+
+    fn expected(&self) -> String {
+        format!("{} or {}", self.rule.expected(), self.word)
+    }
+
+    fn take(&self, node: &Node) -> Result<Self::Out, Mismatch> {
+        if node.value == self.word {
+            return Ok(None);
+        }
+        self.rule.take(node).map(Some).map_err(|_| self.refuse(node))
     }
 }
 

@@ -191,6 +191,14 @@ impl<'a> Section<'a> {
         self.optional(key, rule).unwrap_or(default)
     }
 
+    /// A value, or what it is by default if it isn't there; None if it doesn't fit. For values that
+    /// others are checked against: a default in place of a bad one would only make more problems.
+    pub fn given_or<R: Rule>(&mut self, key: &str, rule: R, default: R::Out) -> Option<R::Out> {
+        let is_given = self.has(key);
+        let value = self.optional(key, rule);
+        if is_given { value } else { Some(default) }
+    }
+
     /// A table that may be there.
     pub fn table<T>(
         &mut self,

@@ -4,8 +4,8 @@
 use std::fmt::Debug;
 
 use config::{
-    Document, Placed, Rule, above, angle_deg, at_least, flag, integer, list, name, number, one_of,
-    placed, text, vector, within,
+    Document, Placed, Rule, above, angle_deg, at_least, count, flag, integer, list, name, number,
+    one_of, or_false, or_word, placed, text, vector, within,
 };
 
 /// `x = value` read by a rule.
@@ -58,6 +58,22 @@ fn whole_numbers_have_no_point() {
     assert_eq!(says(integer(1, 8), "9"), "a whole number from 1 to 8, got 9");
     assert_eq!(says(integer(1, 8), "2.0"), "a whole number from 1 to 8, got 2.0");
     assert_eq!(says(integer(1, i64::MAX), "0"), "a whole number of at least 1, got 0");
+}
+
+#[test]
+fn a_count_fits_its_integer() {
+    assert_eq!(read(count::<usize>(1, 3), "3"), Ok(3));
+    assert_eq!(says(count::<usize>(1, 3), "4"), "a whole number from 1 to 3, got 4");
+    // Beyond the type, too.
+    assert_eq!(says(count::<u8>(0, 1000), "300"), "a whole number from 0 to 1000, got 300");
+}
+
+#[test]
+fn a_word_stands_for_none() {
+    assert_eq!(read(or_false(within(0.0, 1.0)), "0.5"), Ok(Some(0.5)));
+    assert_eq!(read(or_false(within(0.0, 1.0)), "false"), Ok(None));
+    assert_eq!(read(or_word(within(0.0, 1.0), "model"), "'model'"), Ok(None));
+    assert_eq!(says(or_false(within(0.0, 1.0)), "true"), "a number from 0 to 1 or false, got true");
 }
 
 #[test]

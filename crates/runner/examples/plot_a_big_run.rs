@@ -20,11 +20,11 @@ use rand_chacha::{
     ChaCha8Rng,
     rand_core::{Rng, SeedableRng},
 };
+use reward::Terms;
 use runner::{
     catalogue::{Catalogue, LabCell},
     plots::{self, FIGURES, Options},
     report::Report,
-    reward::Terms,
 };
 use runs::{Bullet, Cell, Checkpoint, Extent, Header, Layout, NewRun, Precision, Recording};
 use svenja::Morphology;

@@ -11,11 +11,9 @@ pub mod plots;
 pub mod progress;
 pub mod replay;
 pub mod report;
-pub mod reward;
 pub mod rollout;
 pub mod session;
 pub mod training;
 
 mod models;
 mod numbers;
-mod rules;

@@ -2,13 +2,13 @@
 
 use std::fmt::Write;
 
+use reward::Terms;
 use runs::atomic;
 use svenja::Morphology;
 
 use super::{Outcome, say, subject::Subject};
 use crate::{
     cli::Rollout,
-    reward::Terms,
     rollout::{RolloutStep, Summary, roll_out},
 };
 

@@ -1,9 +1,7 @@
 //! The table `codec`: readings to bits, bits to targets.
 
-use config::{Document, Problem, Section};
+use config::{Document, Problem, Section, count};
 use serde::Serialize;
-
-use crate::rules::count;
 
 /// The most bits of a value: 256 bins, finer than any servo here.
 const MOST_BITS: i64 = 8;

@@ -1,10 +1,9 @@
 //! The table `control`: when the policy acts.
 
-use config::{Place, Section, within};
+use config::{Place, Section, count, within};
 use serde::Serialize;
 
 use super::PhysicsSettings;
-use crate::rules::{count, given_or};
 
 /// When the policy acts.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -31,7 +30,7 @@ impl ControlSettings {
     ) -> Option<(Self, u64)> {
         let default = Self::default();
         let rule = within(0.01, 100_000.0);
-        let frequency_hz = given_or(section, "frequency_hz", rule, default.frequency_hz);
+        let frequency_hz = section.given_or("frequency_hz", rule, default.frequency_hz);
         let settle_steps = section.or("settle_steps", count(0, 1_000_000), default.settle_steps);
         let (physics, physics_place) = physics?;
         let frequency_hz = frequency_hz?;

@@ -5,12 +5,11 @@
 //! paper's optimiser, `momentum`, stand in `learning` itself, those of another one in a table of
 //! its name, as in `learning.adam.rate`.
 
-use config::{Mismatch, Node, Rule, Section, number, one_of, within};
+use config::{Mismatch, Node, Rule, Section, count, number, one_of, or_false, within};
 use gpomdp::{EstimatorSettings, OptimiserSettings};
 use serde::{Serialize, Serializer, ser::SerializeMap};
 
 use super::leaves::{shown, table};
-use crate::rules::{count, given_or, or_false, write_or_false};
 
 /// The optimiser whose settings stand in `learning` itself.
 const INLINE: &str = "momentum";
@@ -50,7 +49,7 @@ impl LearningSettings {
 fn read_optimiser(section: &mut Section<'_>) -> Option<OptimiserSettings> {
     let all = OptimiserSettings::all();
     let choices: Vec<_> = all.iter().map(|settings| (settings.name(), settings.clone())).collect();
-    let Some(chosen) = given_or(section, "optimiser", one_of(&choices), all[0].clone()) else {
+    let Some(chosen) = section.given_or("optimiser", one_of(&choices), all[0].clone()) else {
         section.accept_all();
         return None;
     };
@@ -165,6 +164,14 @@ impl Rule for Anything {
 
     fn take(&self, _: &Node) -> Result<(), Mismatch> {
         Ok(())
+    }
+}
+
+/// Writes what [`or_false`] reads.
+fn write_or_false<S: Serializer>(value: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+    match value {
+        Some(value) => serializer.serialize_f64(*value),
+        None => serializer.serialize_bool(false),
     }
 }
 

@@ -30,9 +30,8 @@ pub use record::{CheckpointSettings, RecordSettings};
 pub use sweep::MOST_CELLS;
 
 use config::{Section, text};
+use reward::RewardSettings;
 use serde::Serialize;
-
-use crate::reward::RewardSettings;
 
 /// All settings of a cell but its seed.
 #[derive(Clone, Debug, PartialEq, Serialize)]

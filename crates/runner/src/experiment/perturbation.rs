@@ -4,10 +4,8 @@
 //! of the output flips with the probability `flip_probability`. Flipped bits are executed; the
 //! score is taken at the policy's own output.
 
-use config::{Section, within};
+use config::{Section, count, within};
 use serde::Serialize;
-
-use crate::rules::{count, given_or};
 
 /// Noise now and then.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -31,8 +29,8 @@ impl PerturbationSettings {
         /// Control steps that a run can have, and more.
         const LAST: i64 = 1 << 53;
         let default = Self::default();
-        let every = given_or(section, "every", count(0, LAST), default.every);
-        let length = given_or(section, "length", count(1, LAST), default.length);
+        let every = section.given_or("every", count(0, LAST), default.every);
+        let length = section.given_or("length", count(1, LAST), default.length);
         let flip_probability =
             section.or("flip_probability", within(0.0, 1.0), default.flip_probability);
         let (every, length) = (every?, length?);

@@ -1,9 +1,7 @@
 //! The table `physics`: Bullet's world.
 
-use config::{Section, flag, within};
+use config::{Section, count, flag, within};
 use serde::Serialize;
-
-use crate::rules::count;
 
 /// How Bullet steps.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -1,10 +1,8 @@
 //! The table `policy`: the conditional restricted Boltzmann machine that acts.
 
-use config::{Section, one_of, within};
+use config::{Section, count, one_of, within};
 use crbm::{MAX_PARAMETER, MAX_UNITS, Sampling};
 use serde::Serialize;
-
-use crate::rules::count;
 
 /// The machine that acts.
 #[derive(Clone, Debug, PartialEq, Serialize)]

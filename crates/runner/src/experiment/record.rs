@@ -1,9 +1,7 @@
 //! The tables `record` and `checkpoint`: what is kept of a cell, and when it's saved.
 
-use config::Section;
+use config::{Section, count};
 use serde::Serialize;
-
-use crate::rules::{count, given_or};
 
 /// What is kept of the last control steps, for replay and rasters.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -19,7 +17,7 @@ impl RecordSettings {
     pub(super) fn read(section: &mut Section<'_>, physics_steps: Option<u64>) -> Option<Self> {
         let steps = section.or("steps", count(0, 1_000_000), 600);
         let default = physics_steps.unwrap_or(2).min(2);
-        let pose_every = given_or(section, "pose_every", count(1, 1_000_000), default)?;
+        let pose_every = section.given_or("pose_every", count(1, 1_000_000), default)?;
         if let Some(most) = physics_steps
             && pose_every > most
         {

@@ -5,10 +5,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use config::{Document, Mismatch, Node, Place, Problem, Rule, Value};
+use config::{Document, Mismatch, Node, Place, Problem, Rule, Value, count};
 
 use super::axis::{Axis, Point, in_sweep, safe, touched};
-use crate::rules::count;
 
 /// Cells that a file may have.
 pub const MOST_CELLS: usize = 100_000;

@@ -2,13 +2,13 @@
 
 use anyhow::{Context, bail};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
+use reward::ExtrinsicSettings;
 use runs::Recording;
 use svenja::{Morphology, Shape, centre_of_gravity_m};
 
 use crate::{
     catalogue::{Catalogue, LabCell},
     experiment::Experiment,
-    reward::ExtrinsicSettings,
 };
 
 /// Numbers of a pose.

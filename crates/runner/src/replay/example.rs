@@ -76,7 +76,7 @@ pub(super) fn recording(n_steps: usize) -> Recording {
             frames_per_step: 2,
             seconds_per_frame: 0.05,
             sensors: names(&["ball"]),
-            terms: crate::reward::Terms::NAMES.map(str::to_owned).into(),
+            terms: reward::Terms::NAMES.map(str::to_owned).into(),
         },
         first_control_step: 10,
         n_steps,

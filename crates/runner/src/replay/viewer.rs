@@ -6,11 +6,11 @@
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use maud::{Markup, html};
+use reward::Terms;
 use serde::Serialize;
 use svenja::{Body, Morphology, Shape};
 
 use super::Clip;
-use crate::reward::Terms;
 
 /// Numbers of a pose.
 const POSE: usize = 7;

@@ -4,10 +4,11 @@ use std::time::Instant;
 
 use bullet::{SolverMode, World, WorldSettings};
 use nalgebra::{Point3, Vector3};
+use reward::Step;
 use svenja::{Morphology, Readings, Robot, add_ground};
 
 use super::Solver;
-use crate::{experiment::Experiment, reward::Step};
+use crate::experiment::Experiment;
 
 /// A robot on the ground of a world of its own.
 #[derive(Debug)]

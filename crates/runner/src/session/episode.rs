@@ -5,14 +5,12 @@
 //! first one the robot settles: [`Episode::rest`], [`hold`], [`Episode::settle`], as long as it
 //! [is settling](Episode::is_settling).
 
+use reward::{Group, Reward, SensorLayout, Terms};
 use runs::{Layout, Step as Recorded};
 use svenja::{Morphology, Readings};
 
 use super::{Body, Codec, CodecShape, Solver, Whereabouts, body};
-use crate::{
-    experiment::Experiment,
-    reward::{Group, Reward, SensorLayout, Terms},
-};
+use crate::experiment::Experiment;
 
 /// A body with what turns its readings into bits, bits into its targets, and its steps into rewards.
 pub struct Episode {

@@ -1,11 +1,11 @@
 //! Sums over the control steps of an update, for its row.
 
 use nalgebra::Point3;
+use reward::Terms;
 use runs::Row;
 use serde::{Deserialize, Serialize};
 
 use super::{Transition, Whereabouts};
-use crate::reward::Terms;
 
 /// Sums over control steps.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]

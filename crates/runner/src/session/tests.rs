@@ -5,10 +5,11 @@ use std::{collections::BTreeMap, path::Path};
 use config::Document;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use proptest::prelude::*;
+use reward::Terms;
 use runs::{Checkpoint, Extent, Header};
 
 use super::*;
-use crate::{experiment::Experiment, reward::Terms};
+use crate::experiment::Experiment;
 
 /// T
 const T: usize = 60;

@@ -11,15 +11,12 @@
 //! With many states (2 bits, 4 joints: K = 256) the plug-in value of 100 pairs is mostly bias,
 //! which is why Miller and Madow's is recorded beside it.
 
-use config::{Section, one_of, within};
+use config::{Section, count, one_of, within};
 use infotheory::{Estimator, Window, WindowSettings, all_sensors, each_sensor};
 use serde::Serialize;
 
 use super::{Build, Intrinsic, Value};
-use crate::{
-    reward::{Error, NOMINAL_MAXIMUM, SensorLayout},
-    rules::count,
-};
+use crate::{Error, NOMINAL_MAXIMUM, SensorLayout};
 
 /// Settings of mutual information.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -162,7 +159,7 @@ mod tests {
     use std::f64::consts::LN_2;
 
     use super::*;
-    use crate::reward::Group;
+    use crate::Group;
 
     /// Two legs of two joints and a foot each.
     fn layout() -> SensorLayout {

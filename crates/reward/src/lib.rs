@@ -8,6 +8,36 @@
 //! penalised parts that touch something. So `scale` changes the scale of r and nothing else. The
 //! reward is that of G. Montúfar, K. Ghazi-Zahedi and N. Ay, *Information theoretically aided
 //! reinforcement learning for embodied agents* (2016), with each part to be chosen from a list.
+//!
+//! | file | what |
+//! |---|---|
+//! | `lib.rs`, `terms.rs` | [`Reward`]: settings at work, step by step; [`Terms`]: every part by itself |
+//! | `settings.rs`, `kinds.rs` | [`RewardSettings`]: the table `reward` of an experiment file; what makes a list of kinds |
+//! | `layout.rs` | [`SensorLayout`], [`Step`]: all that a reward is told |
+//! | [`extrinsic`] | e: `locomotion.rs`, `turning.rs` |
+//! | [`intrinsic`] | i: `mutual_information.rs`, `none.rs` |
+//! | [`mix`] | one number of both: `geometric.rs`, `linear.rs`, with a schedule of xi |
+//! | `error.rs` | [`Error`] |
+//!
+//! ```
+//! use reward::{Reward, RewardSettings, SensorLayout, Step};
+//!
+//! let layout = SensorLayout { n_positions: 2, n_contacts: 0, n_bins: 4, groups: vec![] };
+//! let mut reward = Reward::new(&RewardSettings::default(), &layout, 1.0)?;
+//! reward.begin(&[0, 3])?;
+//! let bins = [1, 2]; // of both joints, after the step
+//! let step =
+//!     Step { bins: &bins, advance_m: 0.02, heading_change_rad: 0.0, penalised_contacts: 0 };
+//! let terms = reward.evaluate(&step, 0)?;
+//! assert_eq!(terms.extrinsic_raw, 0.02);
+//! # Ok::<(), reward::Error>(())
+//! ```
+//!
+//! What always holds: a reward goes on from its saved state with the same bits; no term is NaN or
+//! infinite; every kind of a list passes the same tests (`tests.rs`). Neither robots nor learning are
+//! known here: a task sees a [`Step`].
+
+#![forbid(unsafe_code)]
 
 mod error;
 pub mod extrinsic;

@@ -5,8 +5,6 @@ use std::fmt;
 use config::{Mismatch, Node, Rule, Section, Value, integer, within};
 use serde::Serialize;
 
-use crate::rules::given_or;
-
 /// Share of the extrinsic part, 0 to 1.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -29,7 +27,7 @@ impl Xi {
     pub(super) fn read(section: &mut Section<'_>) -> Option<Self> {
         let both = section.has("xi") && section.has("schedule");
         let schedule = section.optional("schedule", Points);
-        let xi = given_or(section, "xi", within(0.0, 1.0), 0.75);
+        let xi = section.given_or("xi", within(0.0, 1.0), 0.75);
         if both {
             let message = "schedule says what xi is, and xi says it too: one of them has to go";
             section.complain(&section.place_of("schedule"), message);

@@ -16,6 +16,12 @@ pub trait Extrinsic {
     /// What `raw` is multiplied by, for a maximum of about 0.1. `locomotion_scale` is the model's
     /// own factor for metres of locomotion.
     fn factor(&self, locomotion_scale: f64) -> f64;
+
+    /// What `raw` is called on axes and in tables.
+    fn symbol(&self) -> &'static str;
+
+    /// Of `raw`.
+    fn unit(&self) -> &'static str;
 }
 
 kinds! {

@@ -7,11 +7,11 @@
 //! with x the centre of gravity in the XY plane and d the XY part of the robot's axial direction,
 //! read after the step and not normalised again. In m for each control step.
 
-use config::{Section, within};
+use config::{Section, or_word, within};
 use serde::{Serialize, Serializer};
 
 use super::Extrinsic;
-use crate::{reward::Step, rules::or_word};
+use crate::Step;
 
 /// What stands for the model's own factor.
 const OF_MODEL: &str = "model";
@@ -46,6 +46,14 @@ impl Extrinsic for LocomotionSettings {
 
     fn factor(&self, locomotion_scale: f64) -> f64 {
         self.scale.unwrap_or(locomotion_scale)
+    }
+
+    fn symbol(&self) -> &'static str {
+        "R_Loc"
+    }
+
+    fn unit(&self) -> &'static str {
+        "m"
     }
 }
 

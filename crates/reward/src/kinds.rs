@@ -44,7 +44,7 @@ macro_rules! kinds {
                 let words: Vec<_> = readers.iter().map(|&(word, _)| (word, word)).collect();
                 section.call($path);
                 let rule = config::one_of(&words);
-                let Some(word) = crate::rules::given_or(section, "kind", rule, words[0].0) else {
+                let Some(word) = section.given_or("kind", rule, words[0].0) else {
                     section.accept_all();
                     return None;
                 };

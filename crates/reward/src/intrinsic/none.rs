@@ -7,7 +7,7 @@ use config::Section;
 use serde::Serialize;
 
 use super::{Build, Intrinsic, Value};
-use crate::reward::{Error, SensorLayout};
+use crate::{Error, SensorLayout};
 
 /// There is nothing to set.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]

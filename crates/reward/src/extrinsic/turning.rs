@@ -4,7 +4,7 @@ use config::{Section, within};
 use serde::Serialize;
 
 use super::Extrinsic;
-use crate::reward::Step;
+use crate::Step;
 
 /// Settings of turning.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -32,6 +32,14 @@ impl Extrinsic for TurningSettings {
 
     fn factor(&self, _: f64) -> f64 {
         self.scale
+    }
+
+    fn symbol(&self) -> &'static str {
+        "turning"
+    }
+
+    fn unit(&self) -> &'static str {
+        "rad"
     }
 }
 
