@@ -97,7 +97,7 @@ valgrind: setup
 	FUZZ_SEQUENCES=$(VALGRIND_SEQUENCES) $(VALGRIND) --features float64
 
 # The bundle is in the repository, so that nothing else needs npm.
-ASSETS := crates/runner/assets/three
+ASSETS := crates/scenes/assets/three
 three:
 	@command -v npm >/dev/null || { echo "make three needs npm (Debian's package of that name)"; exit 1; }
 	rm -rf target/three && mkdir -p target/three

@@ -4,12 +4,12 @@
 
 pub mod catalogue;
 pub mod cli;
+pub mod clips;
 pub mod commands;
 pub mod experiment;
 pub mod gait;
 pub mod plots;
 pub mod progress;
-pub mod replay;
 pub mod report;
 pub mod rollout;
 pub mod session;

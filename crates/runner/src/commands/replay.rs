@@ -5,20 +5,21 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use maud::html;
 use runs::atomic;
+use scenes::{
+    Clip,
+    film::{Film, GIF_HZ, MP4_HZ},
+    glb,
+    page::page,
+    three_sides, viewer,
+};
 use svenja::Morphology;
 
 use super::{Outcome, say, subject::Subject};
 use crate::{
     catalogue::Catalogue,
     cli::{Replay, Size},
+    clips,
     progress::Counter,
-    replay::{
-        Clip, figure,
-        film::{Film, GIF_HZ, MP4_HZ},
-        glb,
-        page::page,
-        viewer,
-    },
     rollout::record,
 };
 
@@ -31,7 +32,7 @@ pub(super) fn replay(arguments: &Replay) -> anyhow::Result<Outcome> {
     }
     let Replay { what, html, glb, gif, mp4, png, .. } = arguments;
     if let Some(path) = png {
-        write(path, &figure::three_sides(&model(what)?)?.png()?)?;
+        write(path, &three_sides(&model(what)?)?.png()?)?;
     }
     let moves = [html, glb, gif, mp4].into_iter().any(Option::is_some);
     if png.is_some() && !moves {
@@ -103,7 +104,7 @@ fn page_name(what: &Path) -> PathBuf {
 fn recorded(folder: &Path) -> anyhow::Result<Clip> {
     let (catalogue, cell) = Catalogue::of_cell(folder)?;
     catalogue.check(&cell)?;
-    Clip::of_cell(&catalogue, &cell)
+    clips::of_cell(&catalogue, &cell)
 }
 
 /// What a policy does now.
@@ -117,7 +118,7 @@ fn rolled_out(arguments: &Replay, policy: Option<&str>) -> anyhow::Result<Clip> 
         "learned" | "random" => format!("policy {policy}, seed {}", arguments.seed),
         _ => format!("policy {policy}"),
     };
-    Clip::new(title, &experiment, morphology, recording)
+    Ok(clips::of_recording(title, &experiment, morphology, recording)?)
 }
 
 fn html(clip: &Clip) -> anyhow::Result<String> {

@@ -20,6 +20,8 @@ use plotters::{
 };
 use resvg::{tiny_skia, usvg};
 
+use scenes::FONT;
+
 use super::{Drawing, Error, Figure};
 
 /// Width of a figure.
@@ -34,7 +36,6 @@ const INDEX: f64 = 11.0;
 
 /// Metrics as Arial's and Helvetica's, which stand in for it where it isn't installed.
 const FAMILY: &str = "Liberation Sans, Arial, Helvetica, sans-serif";
-const FONT: &[u8] = include_bytes!("../../fonts/LiberationSans-Regular.ttf");
 
 /// The font of all text, which plotters knows from the first time on.
 fn family() -> FontFamily<'static> {

@@ -2,10 +2,10 @@
 //! the software renderer, so its SVG holds it as PNG.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
+use scenes::{render::Picture, three_sides};
 use svenja::Morphology;
 
 use super::{Drawing, Error, Figure, Options, Run};
-use crate::replay::{figure::three_sides, render::Picture};
 
 pub(super) const FIGURE: Figure = Figure {
     name: "robot",
@@ -21,7 +21,7 @@ const GAP: usize = 20;
 
 fn draw(run: &Run, _: &Options) -> Result<Drawing, Error> {
     let models = models(run)?;
-    let refused = |error: anyhow::Error| Error::Drawing(format!("{error:#}"));
+    let refused = |error: scenes::Error| Error::Drawing(error.to_string());
     let pictures: Result<Vec<_>, _> = models.iter().map(three_sides).collect();
     let picture = stacked(&pictures.map_err(refused)?);
     let png = picture.png().map_err(refused)?;

@@ -13,15 +13,15 @@ use std::path::Path;
 use base64::{Engine, engine::general_purpose::STANDARD};
 use maud::{Markup, html};
 use runs::CellStatus;
+use scenes::{
+    page::page,
+    viewer::{PAGE_BYTES, Packed},
+};
 
 use crate::{
     catalogue::{Catalogue, LabCell},
+    clips,
     plots::{self, Drawing, Figure, Omitted},
-    replay::{
-        Clip,
-        page::page,
-        viewer::{PAGE_BYTES, Packed},
-    },
 };
 
 /// Of all recordings together: a page of 150 cells stays below 15 MB.
@@ -68,7 +68,7 @@ impl Report {
             if !records(cell) {
                 continue;
             }
-            match Clip::of_cell(&self.catalogue, cell) {
+            match clips::of_cell(&self.catalogue, cell) {
                 Ok(clip) => self.replays.add(setting, label, &clip, each.min(PAGE_BYTES)),
                 Err(error) => {
                     let omitted = Omitted::new(&cell.cell, &format_args!("{error:#}"));

@@ -5,16 +5,16 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::viewer::Packed;
+use super::{Error, viewer::Packed};
 
 /// Remade by `make three`.
-const THREE: &str = include_str!("../../assets/three/three.min.js");
-const STYLE: &str = include_str!("../../assets/viewer/viewer.css");
+const THREE: &str = include_str!("../assets/three/three.min.js");
+const STYLE: &str = include_str!("../assets/viewer/viewer.css");
 const SCRIPTS: [&str; 4] = [
-    include_str!("../../assets/viewer/clip.js"),
-    include_str!("../../assets/viewer/stage.js"),
-    include_str!("../../assets/viewer/strip.js"),
-    include_str!("../../assets/viewer/viewer.js"),
+    include_str!("../assets/viewer/clip.js"),
+    include_str!("../assets/viewer/stage.js"),
+    include_str!("../assets/viewer/strip.js"),
+    include_str!("../assets/viewer/viewer.js"),
 ];
 
 const POLICY: &str =
@@ -24,7 +24,7 @@ const POLICY: &str =
 ///
 /// # Errors
 /// As [`Packed::json`].
-pub fn page(title: &str, body: &Markup, packed: &Packed) -> serde_json::Result<String> {
+pub fn page(title: &str, body: &Markup, packed: &Packed) -> Result<String, Error> {
     let json = packed.json()?;
     let page = html! {
         (DOCTYPE)

@@ -3,12 +3,9 @@
 use std::sync::LazyLock;
 
 use ab_glyph::{Font, FontRef, PxScale, ScaleFont, point};
-use anyhow::Context;
 
 use super::Light;
-
-/// For all words in pictures.
-const FONT: &[u8] = include_bytes!("../../../fonts/LiberationSans-Regular.ttf");
+use crate::{Error, FONT};
 
 /// A picture, 8 bits a channel.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -101,7 +98,7 @@ impl Picture {
     ///
     /// # Errors
     /// None in practice: the font is in the program.
-    pub fn write(&mut self, text: &str, at: [f32; 2], size: f32, ink: Ink) -> anyhow::Result<()> {
+    pub fn write(&mut self, text: &str, at: [f32; 2], size: f32, ink: Ink) -> Result<(), Error> {
         let (width, height) = (self.width, self.height);
         letters(text, size, |x, y, coverage| {
             let (x, y) = (x + at[0] as i64, y + at[1] as i64);
@@ -126,13 +123,12 @@ impl Picture {
     ///
     /// # Errors
     /// None in practice: a picture that is no rectangle.
-    pub fn png(&self) -> anyhow::Result<Vec<u8>> {
+    pub fn png(&self) -> Result<Vec<u8>, Error> {
         let mut bytes = Vec::new();
-        let mut encoder = png::Encoder::new(
-            &mut bytes,
-            u32::try_from(self.width).context("a picture's width")?,
-            u32::try_from(self.height).context("a picture's height")?,
-        );
+        let too_large = |_| Error::TooLarge("a PNG can't have more than 2^32 pixels a side");
+        let [width, height] =
+            [self.width, self.height].map(|side| u32::try_from(side).map_err(too_large));
+        let mut encoder = png::Encoder::new(&mut bytes, width?, height?);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_compression(png::Compression::High);
         // Flat areas and soft shadows are smallest as they are.
@@ -149,8 +145,8 @@ pub(super) fn letters(
     text: &str,
     size: f32,
     mut pixel: impl FnMut(i64, i64, f32),
-) -> anyhow::Result<()> {
-    let font = FontRef::try_from_slice(FONT).context("the font")?;
+) -> Result<(), Error> {
+    let font = FontRef::try_from_slice(FONT).map_err(Error::Font)?;
     let scaled = font.as_scaled(PxScale::from(size));
     let mut x = 0.0;
     for letter in text.chars() {
@@ -171,8 +167,8 @@ pub(super) fn letters(
 ///
 /// # Errors
 /// None in practice: the font is in the program.
-pub fn width_of(text: &str, size: f32) -> anyhow::Result<f32> {
-    let font = FontRef::try_from_slice(FONT).context("the font")?;
+pub fn width_of(text: &str, size: f32) -> Result<f32, Error> {
+    let font = FontRef::try_from_slice(FONT).map_err(Error::Font)?;
     let scaled = font.as_scaled(PxScale::from(size));
     Ok(text.chars().map(|letter| scaled.h_advance(scaled.glyph_id(letter))).sum())
 }

@@ -1,15 +1,10 @@
 //! A robot and its motion: the one thing that all ways of showing it start from.
 
-use anyhow::{Context, bail};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
-use reward::ExtrinsicSettings;
 use runs::Recording;
 use svenja::{Morphology, Shape, centre_of_gravity_m};
 
-use crate::{
-    catalogue::{Catalogue, LabCell},
-    experiment::Experiment,
-};
+use crate::Error;
 
 /// Numbers of a pose.
 const POSE: usize = 7;
@@ -24,7 +19,7 @@ pub struct Clip {
     task: Task,
 }
 
-/// What the extrinsic reward measures.
+/// What the extrinsic reward measures, for whoever reads its values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Task {
     /// As the paper or the experiment file calls it.
@@ -33,33 +28,28 @@ pub struct Task {
     pub unit: &'static str,
 }
 
-impl Task {
-    fn of(experiment: &Experiment) -> Self {
-        match experiment.reward.extrinsic {
-            ExtrinsicSettings::Locomotion(_) => Self { name: "R_Loc", unit: "m" },
-            ExtrinsicSettings::Turning(_) => Self { name: "turning", unit: "rad" },
-        }
-    }
-}
-
 impl Clip {
     /// A recording of a robot.
     ///
     /// # Errors
-    /// Bodies that aren't the model's, no frames, poses that aren't numbers.
+    /// [`Error::Recording`]: bodies that aren't the model's, no frames, poses that aren't numbers.
     pub fn new(
         title: String,
-        experiment: &Experiment,
+        task: Task,
         morphology: Morphology,
         recording: Recording,
-    ) -> anyhow::Result<Self> {
+    ) -> Result<Self, Error> {
+        let refused = |what| Err(Error::Recording(what));
         let names: Vec<_> = morphology.bodies().iter().map(|body| body.name.as_str()).collect();
         let recorded = &recording.layout.bodies;
         if *recorded != names {
-            bail!("the recording has the bodies {recorded:?}, the model has {names:?}");
+            return refused(format!(
+                "the recording has the bodies {recorded:?}, the model has {names:?}"
+            ));
         }
         if recording.poses.is_empty() {
-            bail!("no control steps were recorded (record.steps is 0, or none was done yet)");
+            let what = "no control steps were recorded (record.steps is 0, or none was done yet)";
+            return refused(what.into());
         }
         let is_pose = |pose: &[f32]| {
             let length: f32 = pose[3..].iter().map(|value| value * value).sum();
@@ -67,24 +57,9 @@ impl Clip {
         };
         if let Some(i) = recording.poses.chunks(POSE).position(|pose| !is_pose(pose)) {
             let (frame, body) = (i / names.len(), names[i % names.len()]);
-            bail!("frame {frame}: the pose of '{body}' isn't one");
+            return refused(format!("frame {frame}: the pose of '{body}' isn't one"));
         }
-        Ok(Self { title, morphology, recording, task: Task::of(experiment) })
-    }
-
-    /// The last control steps of a cell, with the run's copy of its model.
-    ///
-    /// # Errors
-    /// What can't be read, is damaged, or isn't there yet.
-    pub fn of_cell(catalogue: &Catalogue, cell: &LabCell) -> anyhow::Result<Self> {
-        let path = cell.folder.replay();
-        let name = || path.display().to_string();
-        let recording = Recording::read(&path)?
-            .with_context(|| format!("{}: there's none before the first checkpoint", name()))?;
-        let morphology = catalogue.morphology(cell)?;
-        let cell = &cell.cell;
-        let title = format!("{}, seed {}", cell.setting, cell.seed);
-        Self::new(title, &cell.experiment, morphology, recording).with_context(name)
+        Ok(Self { title, morphology, recording, task })
     }
 
     /// What it shows.
@@ -180,7 +155,7 @@ mod tests {
     use nalgebra::Vector3;
 
     use super::*;
-    use crate::replay::example::{clip, parts, recording};
+    use crate::example::{TASK, clip, morphology, recording};
 
     /// 2 kg at y = 0, 1 kg at 0.5 and 1 kg at -0.5; 2 kg at z = 0.2 and 2 kg at 0.1.
     #[test]
@@ -202,10 +177,9 @@ mod tests {
     #[test]
     fn what_does_not_fit_is_refused() {
         let refused = |change: fn(&mut Recording), message: &str| {
-            let (experiment, morphology) = parts();
             let mut recording = recording(2);
             change(&mut recording);
-            let error = Clip::new(String::new(), &experiment, morphology, recording).unwrap_err();
+            let error = Clip::new(String::new(), TASK, morphology(), recording).unwrap_err();
             assert!(error.to_string().contains(message), "{error}");
         };
         refused(|it| it.layout.bodies.swap(0, 1), "the model has [\"block\", \"ball\", \"rod\"]");

@@ -2,6 +2,7 @@
 //! written on it in two rows. Around small robots it's a line at each 0.2 m, and all is smaller.
 
 use super::{Light, picture::letters};
+use crate::Error;
 
 /// Where less than that is clear, lines are nearer to each other, in m.
 const SMALL: f64 = 3.75;
@@ -73,7 +74,7 @@ impl Ground {
         clear_m: f64,
         rows: [f64; 2],
         reader: [f64; 2],
-    ) -> anyhow::Result<Self> {
+    ) -> Result<Self, Error> {
         let right: [f32; 2] = match (reader[0].abs() > reader[1].abs(), reader) {
             (true, [x, _]) => [0.0, x.signum() as f32],
             (false, [_, y]) => [-y.signum() as f32, 0.0],
@@ -93,8 +94,8 @@ impl Ground {
                 let clear = (at[axis] - cross[axis]).abs() > 1.0;
                 clear.then(|| Sign::new(&words, at, right)).transpose()
             };
-            let signs: anyhow::Result<Vec<_>> = (first..=first + 2 * n).map(sign).collect();
-            Ok::<_, anyhow::Error>(Row { first, signs: signs? })
+            let signs: Result<Vec<_>, Error> = (first..=first + 2 * n).map(sign).collect();
+            Ok::<_, Error>(Row { first, signs: signs? })
         };
         Ok(Self { rows: [row(0, 'x')?, row(1, 'y')?], ..plain })
     }
@@ -134,7 +135,7 @@ impl Ground {
 }
 
 impl Sign {
-    fn new(text: &str, at: [f64; 2], right: [f32; 2]) -> anyhow::Result<Self> {
+    fn new(text: &str, at: [f64; 2], right: [f32; 2]) -> Result<Self, Error> {
         let text = text.replace('-', "\u{2212}");
         let size = LETTERS * MASK;
         let width = super::picture::width_of(&text, size)?.ceil() as usize + 2;

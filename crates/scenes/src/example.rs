@@ -4,8 +4,7 @@
 use runs::{Layout, Recording};
 use svenja::Morphology;
 
-use super::Clip;
-use crate::experiment::Experiment;
+use super::{Clip, Task};
 
 const MODEL: &str = r##"
 name = "Slider"
@@ -47,17 +46,21 @@ child = "rod"
 anchor_m = [0.0, -0.4, 0.0]
 "##;
 
-/// The model, and default settings.
-pub(super) fn parts() -> (Experiment, Morphology) {
-    let morphology = Morphology::parse("slider.toml", MODEL).unwrap();
-    let document = config::Document::parse("test", "model = 'slider.toml'").unwrap();
-    (document.read(Experiment::read).unwrap(), morphology)
+/// Whatever it is, it's in m.
+pub(super) const TASK: Task = Task { name: "R_Loc", unit: "m" };
+
+/// As training records them; the viewer shows some.
+const TERMS: [&str; 8] =
+    ["reward", "extrinsic_raw", "2", "intrinsic_nats", "4", "5", "penalty", "7"];
+
+pub(super) fn morphology() -> Morphology {
+    Morphology::parse("slider.toml", MODEL).unwrap()
 }
 
 /// `n_steps` of 2 frames of 0.05 s, from control step 10. In odd steps the ball touches.
 pub(super) fn recording(n_steps: usize) -> Recording {
     let names = |names: &[&str]| names.iter().map(ToString::to_string).collect::<Vec<_>>();
-    let (_, morphology) = parts();
+    let morphology = morphology();
     let half = 0.5_f32.sqrt();
     let frame = |frame: usize| {
         let bodies = morphology.bodies().iter();
@@ -76,7 +79,7 @@ pub(super) fn recording(n_steps: usize) -> Recording {
             frames_per_step: 2,
             seconds_per_frame: 0.05,
             sensors: names(&["ball"]),
-            terms: reward::Terms::NAMES.map(str::to_owned).into(),
+            terms: TERMS.map(str::to_owned).into(),
         },
         first_control_step: 10,
         n_steps,
@@ -89,6 +92,5 @@ pub(super) fn recording(n_steps: usize) -> Recording {
 }
 
 pub(super) fn clip(n_steps: usize) -> Clip {
-    let (experiment, morphology) = parts();
-    Clip::new("a title".into(), &experiment, morphology, recording(n_steps)).unwrap()
+    Clip::new("a title".into(), TASK, morphology(), recording(n_steps)).unwrap()
 }

@@ -6,11 +6,10 @@
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use maud::{Markup, html};
-use reward::Terms;
 use serde::Serialize;
 use svenja::{Body, Morphology, Shape};
 
-use super::Clip;
+use super::{Clip, Error};
 
 /// Numbers of a pose.
 const POSE: usize = 7;
@@ -20,6 +19,9 @@ pub const PAGE_BYTES: usize = 40_000_000;
 
 /// Below this many frames a second motion stutters: then rather show less of it.
 const LEAST_HZ: f64 = 20.0;
+
+/// Those of a recording's terms that the strip shows, by the names that training gives them.
+pub const TERMS: [&str; 4] = ["reward", "extrinsic_raw", "intrinsic_nats", "penalty"];
 
 /// All that a page shows in 3-D.
 #[derive(Debug, Default, Serialize)]
@@ -119,7 +121,7 @@ impl Packed {
     ///
     /// # Errors
     /// None in practice: what JSON can't hold isn't in a clip.
-    pub fn json(&self) -> serde_json::Result<String> {
+    pub fn json(&self) -> Result<String, Error> {
         Ok(serde_json::to_string(self)?.replace('<', "\\u003c"))
     }
 
@@ -343,14 +345,8 @@ fn terms(clip: &Clip, first_step: usize) -> Vec<PackedTerm> {
     let recording = clip.recording();
     let names = &recording.layout.terms;
     let task = clip.task();
-    let shown = [
-        ("reward", "r", ""),
-        ("extrinsic_raw", task.name, task.unit),
-        ("intrinsic_nats", "R_MI", "nats"),
-        ("penalty", "penalty", ""),
-    ];
-    debug_assert!(shown.iter().all(|(term, ..)| Terms::NAMES.contains(term)));
-    let column = |(term, name, unit): (&str, &str, &str)| {
+    let labels = [("r", ""), (task.name, task.unit), ("R_MI", "nats"), ("penalty", "")];
+    let column = |(term, (name, unit)): (&str, (&str, &str))| {
         let place = names.iter().position(|name| name == term)?;
         let values = recording.terms.iter().skip(place).step_by(names.len()).skip(first_step);
         let values: Vec<f32> = values.map(|&value| value as f32).collect();
@@ -359,13 +355,13 @@ fn terms(clip: &Clip, first_step: usize) -> Vec<PackedTerm> {
         let [name, unit] = [name, unit].map(str::to_owned);
         shows.then(|| PackedTerm { name, unit, values: STANDARD.encode(bytes) })
     };
-    shown.into_iter().filter_map(column).collect()
+    TERMS.into_iter().zip(labels).filter_map(column).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::replay::example::clip;
+    use crate::example::clip;
 
     fn numbers(text: &str) -> Vec<i16> {
         let bytes = STANDARD.decode(text).unwrap();

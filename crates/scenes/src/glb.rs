@@ -6,12 +6,11 @@
 
 use std::f64::consts::TAU;
 
-use anyhow::Context;
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 use svenja::{Rod, Shape};
 
-use super::Clip;
+use super::{Clip, Error};
 
 const FLOAT: u32 = 5126;
 const UNSIGNED_SHORT: u32 = 5123;
@@ -25,8 +24,8 @@ const TO_POLE: u16 = 8;
 /// The bytes of a GLB file.
 ///
 /// # Errors
-/// More than 4 GiB, which the format can't hold.
-pub fn encode(clip: &Clip) -> anyhow::Result<Vec<u8>> {
+/// [`Error::TooLarge`]: more than 4 GiB, which the format can't hold.
+pub fn encode(clip: &Clip) -> Result<Vec<u8>, Error> {
     let mut file = Builder::default();
     let bodies = clip.morphology().bodies();
     let meshes: Vec<Value> = bodies
@@ -82,10 +81,11 @@ pub fn encode(clip: &Clip) -> anyhow::Result<Vec<u8>> {
 }
 
 /// Header, then the chunks `JSON` and `BIN`, each a multiple of 4 bytes.
-fn container(mut json: Vec<u8>, mut binary: Vec<u8>) -> anyhow::Result<Vec<u8>> {
+fn container(mut json: Vec<u8>, mut binary: Vec<u8>) -> Result<Vec<u8>, Error> {
     json.resize(json.len().next_multiple_of(4), b' ');
     binary.resize(binary.len().next_multiple_of(4), 0);
-    let u32_of = |n: usize| u32::try_from(n).context("a GLB file can't have more than 4 GiB");
+    let too_large = |_| Error::TooLarge("a GLB file can't have more than 4 GiB");
+    let u32_of = |n: usize| u32::try_from(n).map_err(too_large);
     let total = u32_of(12 + 8 + json.len() + 8 + binary.len())?;
     let mut bytes = Vec::with_capacity(total as usize);
     bytes.extend_from_slice(b"glTF");
@@ -340,7 +340,7 @@ mod tests {
     use nalgebra::Quaternion;
 
     use super::*;
-    use crate::replay::example::clip;
+    use crate::example::clip;
 
     /// The document is checked as it's read; the binary chunk is the one buffer.
     fn read(clip: &Clip) -> (gltf::Document, Vec<u8>) {

@@ -8,11 +8,10 @@ use std::{
     process::{Command, Stdio},
 };
 
-use anyhow::{Context, bail};
 use nalgebra::{Point3, Vector3};
 
 use super::{
-    Clip,
+    Clip, Error,
     render::{Camera, Ground, Ink, Picture, SKY, Scene, Solid},
 };
 
@@ -68,7 +67,7 @@ impl<'a> Film<'a> {
     ///
     /// # Errors
     /// None in practice: see [`Picture::write`].
-    pub fn picture(&self, i: usize) -> anyhow::Result<Picture> {
+    pub fn picture(&self, i: usize) -> Result<Picture, Error> {
         let frame = self.frames[i];
         let centre = self.path[frame];
         let view = Vector3::from(VIEW).normalize();
@@ -88,7 +87,7 @@ impl<'a> Film<'a> {
         Ok(picture)
     }
 
-    fn scene(&self, frame: usize, view: &Vector3<f64>) -> anyhow::Result<Scene> {
+    fn scene(&self, frame: usize, view: &Vector3<f64>) -> Result<Scene, Error> {
         let morphology = self.clip.morphology();
         let bodies = morphology.bodies().iter().enumerate();
         let solids = bodies.map(|(i, body)| {
@@ -132,15 +131,16 @@ impl<'a> Film<'a> {
     ///
     /// # Errors
     /// None in practice: what the format can't hold.
-    pub fn gif(&self, progress: impl Fn(usize)) -> anyhow::Result<Vec<u8>> {
-        let [width, height] = self.size.map(u16::try_from);
+    pub fn gif(&self, progress: impl Fn(usize)) -> Result<Vec<u8>, Error> {
+        let too_large = |_| Error::TooLarge("a GIF can't have more than 65,535 pixels a side");
+        let [width, height] = self.size.map(|side| u16::try_from(side).map_err(too_large));
+        let (width, height) = (width?, height?);
         let mut bytes = Vec::new();
-        let mut encoder = gif::Encoder::new(&mut bytes, width?, height?, &[])?;
+        let mut encoder = gif::Encoder::new(&mut bytes, width, height, &[])?;
         encoder.set_repeat(gif::Repeat::Infinite)?;
         for i in 0..self.n_pictures() {
             let picture = self.picture(i)?;
-            let [width, height] = self.size.map(u16::try_from);
-            let mut frame = gif::Frame::from_rgb_speed(width?, height?, picture.bytes(), 20);
+            let mut frame = gif::Frame::from_rgb_speed(width, height, picture.bytes(), 20);
             frame.delay = (100.0 / self.hz).round() as u16;
             encoder.write_frame(&frame)?;
             progress(i + 1);
@@ -153,40 +153,38 @@ impl<'a> Film<'a> {
     ///
     /// # Errors
     /// If ffmpeg isn't there or fails, with what it said.
-    pub fn mp4(&self, path: &Path, progress: impl Fn(usize)) -> anyhow::Result<()> {
+    pub fn mp4(&self, path: &Path, progress: impl Fn(usize)) -> Result<(), Error> {
         let folder = match path.parent() {
             Some(folder) if !folder.as_os_str().is_empty() => folder,
             _ => Path::new("."),
         };
         let mut builder = tempfile::Builder::new();
         builder.prefix(".").suffix(".mp4").permissions(Permissions::from_mode(0o666));
-        let temporary = builder.tempfile_in(folder);
-        let temporary = temporary.with_context(|| format!("{}: writing", path.display()))?;
+        let unwritten = |cause| Error::Io { path: path.into(), cause };
+        let temporary = builder.tempfile_in(folder).map_err(unwritten)?;
         let mut ffmpeg = self.ffmpeg(temporary.path())?;
-        let mut input = ffmpeg.stdin.take().context("ffmpeg takes no pictures")?;
+        let mut input = ffmpeg.stdin.take();
         let mut broken = false;
         for i in 0..self.n_pictures() {
             // If it has ended early, it says why.
-            broken = input.write_all(self.picture(i)?.bytes()).is_err();
+            let picture = self.picture(i)?;
+            broken = !input.as_mut().is_some_and(|it| it.write_all(picture.bytes()).is_ok());
             if broken {
                 break;
             }
             progress(i + 1);
         }
         drop(input);
-        let ended = ffmpeg.wait_with_output().context("waiting for ffmpeg")?;
+        let ended = ffmpeg.wait_with_output().map_err(unwritten)?;
         if broken || !ended.status.success() {
-            let said = String::from_utf8_lossy(&ended.stderr);
-            bail!("{}: ffmpeg failed ({}): {}", path.display(), ended.status, said.trim());
+            let said = String::from_utf8_lossy(&ended.stderr).trim().into();
+            return Err(Error::Ffmpeg { path: path.into(), how: ended.status.to_string(), said });
         }
-        let written = temporary.persist(path);
-        written
-            .map_err(|error| error.error)
-            .with_context(|| format!("{}: writing", path.display()))?;
+        temporary.persist(path).map_err(|error| unwritten(error.error))?;
         Ok(())
     }
 
-    fn ffmpeg(&self, path: &Path) -> anyhow::Result<std::process::Child> {
+    fn ffmpeg(&self, path: &Path) -> Result<std::process::Child, Error> {
         let [width, height] = self.size;
         // H.264 in its most common form wants even sides.
         let even = format!("pad={}:{}", width.next_multiple_of(2), height.next_multiple_of(2));
@@ -200,16 +198,14 @@ impl<'a> Film<'a> {
             .stdout(Stdio::null())
             .stderr(Stdio::piped())
             .spawn();
-        command.with_context(
-            || "--mp4 needs ffmpeg on the path (`apt-get install ffmpeg`); --gif works without it",
-        )
+        command.map_err(|cause| Error::NoFfmpeg { cause })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::replay::example::clip;
+    use crate::example::clip;
 
     #[test]
     fn a_film_ends_where_the_clip_ends() {

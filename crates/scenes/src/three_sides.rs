@@ -9,6 +9,7 @@
 use nalgebra::{Point3, Vector3};
 use svenja::{Body, Morphology, Rod, Shape};
 
+use super::Error;
 use super::render::{Camera, Ground, Ink, Picture, SKY, Scene, Solid, width_of};
 
 /// Pixels across, even like the height, which follows from the robot.
@@ -31,7 +32,7 @@ const ANGLE_DEGREES: f64 = 30.0;
 ///
 /// # Errors
 /// None in practice: the font is in the program.
-pub fn three_sides(morphology: &Morphology) -> anyhow::Result<Picture> {
+pub fn three_sides(morphology: &Morphology) -> Result<Picture, Error> {
     let sheet = Sheet::new(morphology);
     let mut picture = Picture::filled(WIDTH, sheet.height(), PAPER);
     let [left, right] = [MARGIN, 2 * MARGIN + sheet.pixels(sheet.size.y)];
@@ -89,7 +90,7 @@ impl<'a> Sheet<'a> {
             .next_multiple_of(2)
     }
 
-    fn side(&self, picture: &mut Picture, view: View, [x, y]: [usize; 2]) -> anyhow::Result<()> {
+    fn side(&self, picture: &mut Picture, view: View, [x, y]: [usize; 2]) -> Result<(), Error> {
         let (away, across, upwards, words) = match view {
             View::Right => (Vector3::x(), self.size.y, self.size.z, "from the right"),
             View::Front => (Vector3::y(), self.size.x, self.size.z, "from the front"),
@@ -116,7 +117,7 @@ impl<'a> Sheet<'a> {
     }
 
     /// A round length, a fifth of the side at most.
-    fn scale_bar(&self, picture: &mut Picture, [x, baseline]: [f32; 2]) -> anyhow::Result<()> {
+    fn scale_bar(&self, picture: &mut Picture, [x, baseline]: [f32; 2]) -> Result<(), Error> {
         let fits = |metres: &f64| *metres <= 0.2 * self.size.y;
         let metres = [10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01].into_iter().find(fits);
         let metres = metres.unwrap_or(0.001);
@@ -154,7 +155,7 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    fn perspective(&self, picture: &mut Picture, [x, y]: [usize; 2]) -> anyhow::Result<()> {
+    fn perspective(&self, picture: &mut Picture, [x, y]: [usize; 2]) -> Result<(), Error> {
         let pixels = [self.pixels(self.size.x), self.pixels(self.size.x)];
         let camera = self.near_enough(pixels);
         let ground = Ground::plain([self.centre.x, self.centre.y], self.size.norm());
@@ -178,7 +179,7 @@ fn caption(
     x: usize,
     width: usize,
     baseline: f32,
-) -> anyhow::Result<()> {
+) -> Result<(), Error> {
     let natural = width_of(words, LETTERS)?;
     let size = LETTERS * (width as f32 / natural).min(1.0);
     let start = x as f32 + 0.5 * (width as f32 - natural * size / LETTERS);
@@ -223,12 +224,12 @@ mod tests {
     use nalgebra::Isometry3;
 
     use super::*;
-    use crate::replay::example::parts;
+    use crate::example::morphology;
 
     /// The slider reaches from -0.55 to 0.6 along y, 0.2 to either side, and from 0 to 0.3 upwards.
     #[test]
     fn the_sides_are_to_one_scale() {
-        let (_, morphology) = parts();
+        let morphology = morphology();
         let sheet = Sheet::new(&morphology);
         // 1.15 m at most, a 25th of it on either side of each.
         let air = 2.0 * 0.04 * 1.15;
@@ -248,7 +249,7 @@ mod tests {
 
     #[test]
     fn boxes_are_as_large_as_what_is_in_them() {
-        let (_, morphology) = parts();
+        let morphology = morphology();
         let mut body = morphology.bodies()[0].clone();
         body.pose = Isometry3::rotation(Vector3::z() * std::f64::consts::FRAC_PI_2);
         let (low, high) = corners(&body);
