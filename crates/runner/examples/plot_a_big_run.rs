@@ -16,6 +16,7 @@ use std::{
     time::Instant,
 };
 
+use figures::{FIGURES, Options};
 use rand_chacha::{
     ChaCha8Rng,
     rand_core::{Rng, SeedableRng},
@@ -23,7 +24,6 @@ use rand_chacha::{
 use reward::Terms;
 use runner::{
     catalogue::{Catalogue, LabCell},
-    plots::{self, FIGURES, Options},
     report::Report,
 };
 use runs::{Bullet, Cell, Checkpoint, Extent, Header, Layout, NewRun, Precision, Recording};
@@ -49,7 +49,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let start = Instant::now();
     let catalogue = Catalogue::open(&folder)?;
-    let (run, omitted) = plots::Run::read(&catalogue, &|_, _| {})?;
+    let (results, omitted) = catalogue.results(&|_, _| {})?;
     omitted.iter().for_each(|it| println!("{it}"));
     println!("{:6.2} s  read", start.elapsed().as_secs_f64());
     let begin = Instant::now();
@@ -59,8 +59,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     fs::create_dir_all(&out)?;
     for figure in &FIGURES {
         let begin = Instant::now();
-        let drawing = plots::draw(&run, figure, &Options::default())?;
-        let tables = figure.tables(&run);
+        let drawing = figures::draw(&results, figure, &Options::default())?;
+        let tables = figure.tables(&results);
         let drawn = begin.elapsed().as_secs_f64();
         let png = drawing.png()?;
         println!(

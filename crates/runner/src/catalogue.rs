@@ -6,6 +6,7 @@
 use std::path::{Path, absolute};
 
 use anyhow::Context;
+use figures::{Omitted, Results};
 use runs::{CellFolder, CellStatus, Expected, Row, Run};
 use svenja::Morphology;
 use xxhash_rust::xxh3::xxh3_64;
@@ -145,6 +146,19 @@ impl Catalogue {
     /// As there.
     pub fn rows(&self, cell: &LabCell) -> Result<Vec<Row>, runs::Error> {
         self.expecting(cell, |expected| cell.folder.rows(expected))
+    }
+
+    /// What the run came to so far, and what had to be left out. `progress` is told how many of how
+    /// many cells are read, from any thread.
+    ///
+    /// # Errors
+    /// If there's no update in it yet.
+    pub fn results(
+        &self,
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<(Results, Vec<Omitted>), figures::Error> {
+        // The manifest lists the same cells.
+        Results::read(&self.run, &|cell| self.rows(&self.cells[cell.index]), progress)
     }
 
     /// That a cell's checkpoint and metrics can be believed; what is derived from them then can, too.

@@ -8,7 +8,6 @@ pub mod clips;
 pub mod commands;
 pub mod experiment;
 pub mod gait;
-pub mod plots;
 pub mod progress;
 pub mod report;
 pub mod rollout;
@@ -16,4 +15,3 @@ pub mod session;
 pub mod training;
 
 mod models;
-mod numbers;

@@ -3,21 +3,21 @@
 use std::{collections::BTreeSet, fs};
 
 use anyhow::Context;
+use figures::{Error, FIGURES, Figure, Options, Results};
 use runs::atomic;
 
 use super::{Outcome, say};
 use crate::{
     catalogue::Catalogue,
     cli::{Format, Plot},
-    plots::{self, Error, FIGURES, Figure, Options, Run},
     progress::{Counter, tell},
 };
 
 pub(super) fn plot(arguments: &Plot) -> anyhow::Result<Outcome> {
     let counter = Counter::new(arguments.run.display().to_string());
     let catalogue = Catalogue::open(&arguments.run)?;
-    let (run, omitted) =
-        Run::read(&catalogue, &|done, total| counter.report(done, total, "cells read"))?;
+    let (results, omitted) =
+        catalogue.results(&|done, total| counter.report(done, total, "cells read"))?;
     counter.aside(|| omitted.iter().for_each(tell));
 
     let folder = arguments.run.join("plots");
@@ -31,7 +31,7 @@ pub(super) fn plot(arguments: &Plot) -> anyhow::Result<Outcome> {
 
     let mut is_missing = false;
     for (i, figure) in figures.iter().enumerate() {
-        let (files, missing) = files(&run, figure, &options, &formats)?;
+        let (files, missing) = files(&results, figure, &options, &formats)?;
         if let Some(why) = missing {
             // A robot may have none of this; asked for by name, it's missed.
             is_missing |= !all;
@@ -52,14 +52,14 @@ type File = (String, Vec<u8>);
 
 /// What belongs to a figure, and why it's not drawn itself if this run has nothing to show in it.
 fn files(
-    run: &Run,
+    results: &Results,
     figure: &Figure,
     options: &Options,
     formats: &BTreeSet<Format>,
 ) -> Result<(Vec<File>, Option<Error>), Error> {
     let mut files = Vec::new();
     let mut missing = None;
-    match plots::draw(run, figure, options) {
+    match figures::draw(results, figure, options) {
         Ok(drawing) => {
             for format in formats {
                 let (extension, bytes) = match format {
@@ -72,7 +72,7 @@ fn files(
         Err(error @ Error::Nothing { .. }) => missing = Some(error),
         Err(error) => return Err(error),
     }
-    let tables = figure.tables(run);
+    let tables = figure.tables(results);
     files.extend(tables.iter().map(|table| (format!("{}.csv", table.name), table.csv())));
     Ok((files, missing))
 }

@@ -13,6 +13,7 @@ use std::collections::BTreeMap;
 
 use anyhow::{Context, bail};
 use comfy_table::{CellAlignment, Table, presets::ASCII_MARKDOWN};
+use figures::Omitted;
 use runs::Row;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -20,7 +21,6 @@ use super::{Outcome, say};
 use crate::{
     catalogue::{Catalogue, LabCell},
     cli::{Summary, Updates},
-    plots::Omitted,
     progress::tell,
 };
 
@@ -43,7 +43,7 @@ pub(super) fn summary(arguments: &Summary) -> anyhow::Result<Outcome> {
             Ok(rows) if rows.is_empty() && !path.exists() => continue,
             Ok(rows) => rows,
             Err(error) => {
-                tell(Omitted::new(cell, &error));
+                tell(Omitted::new(cell.folder().display(), error));
                 outcome = Outcome::Failed;
                 continue;
             }

@@ -1,9 +1,10 @@
 //! What was run: settings, seeds, versions, how far it is, and what is wrong with it.
 
+use figures::{Omitted, grouped};
 use maud::{Markup, html};
 use runs::{CellStatus, Precision, Run, State};
 
-use crate::{experiment::Plan, numbers::grouped, plots::Omitted};
+use crate::experiment::Plan;
 
 /// The run's folder, without the way to it.
 pub(super) fn name(run: &Run) -> String {

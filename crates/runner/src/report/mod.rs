@@ -11,6 +11,7 @@ mod tables;
 use std::path::Path;
 
 use base64::{Engine, engine::general_purpose::STANDARD};
+use figures::{Drawing, FIGURES, Figure, Omitted, Options, Results};
 use maud::{Markup, html};
 use runs::CellStatus;
 use scenes::{
@@ -21,7 +22,6 @@ use scenes::{
 use crate::{
     catalogue::{Catalogue, LabCell},
     clips,
-    plots::{self, Drawing, Figure, Omitted},
 };
 
 /// Of all recordings together: a page of 150 cells stays below 15 MB.
@@ -33,7 +33,7 @@ const SVG_BYTES: usize = 700_000;
 /// All that the page shows.
 pub struct Report {
     catalogue: Catalogue,
-    plots: plots::Run,
+    results: Results,
     cells: Vec<CellStatus>,
     replays: Packed,
     omitted: Vec<Omitted>,
@@ -49,11 +49,11 @@ impl Report {
     /// If there's no run, or no update in it yet.
     pub fn read(folder: &Path, progress: &Progress<'_>) -> anyhow::Result<Self> {
         let catalogue = Catalogue::open(folder)?;
-        let (plots, omitted) =
-            plots::Run::read(&catalogue, &|done, total| progress(done, total, "cells read"))?;
+        let (results, omitted) =
+            catalogue.results(&|done, total| progress(done, total, "cells read"))?;
         let cells = catalogue.status();
         let replays = Packed::default();
-        let mut report = Self { catalogue, plots, cells, replays, omitted };
+        let mut report = Self { catalogue, results, cells, replays, omitted };
         report.read_replays(progress);
         Ok(report)
     }
@@ -71,7 +71,8 @@ impl Report {
             match clips::of_cell(&self.catalogue, cell) {
                 Ok(clip) => self.replays.add(setting, label, &clip, each.min(PAGE_BYTES)),
                 Err(error) => {
-                    let omitted = Omitted::new(&cell.cell, &format_args!("{error:#}"));
+                    let omitted =
+                        Omitted::new(cell.cell.folder().display(), format_args!("{error:#}"));
                     if !self.omitted.contains(&omitted) {
                         self.omitted.push(omitted);
                     }
@@ -83,8 +84,8 @@ impl Report {
 
     /// The best and the median instance of each setting.
     fn wanted(&self) -> Vec<Wanted> {
-        let chosen = plots::best_and_median(&self.plots);
-        let settings = self.plots.settings.iter().zip(chosen);
+        let chosen = figures::best_and_median(&self.results);
+        let settings = self.results.settings.iter().zip(chosen);
         let roles = settings.flat_map(|(setting, choice)| {
             let roles = match choice.best == choice.median {
                 true => vec![(choice.best, "best and median")],
@@ -129,12 +130,12 @@ impl Report {
             }
             main {
                 h2 { "What came of it" }
-                (tables::all(&self.plots))
+                (tables::all(&self.results))
                 @if !self.replays.is_empty() {
                     h2 { "The robots" }
                     p .faint {
                         "The best and the median instance of each setting, by the mean R_Loc of the last "
-                        (self.plots.window) " updates, as they moved and learned in their last control steps."
+                        (self.results.window) " updates, as they moved and learned in their last control steps."
                     }
                     (self.replays.markup(false))
                 } @else if !self.catalogue.cells().iter().any(records) {
@@ -158,14 +159,14 @@ impl Report {
 
     fn figures(&self, progress: &Progress<'_>) -> anyhow::Result<Markup> {
         let mut drawn = Vec::new();
-        for (i, figure) in plots::FIGURES.iter().enumerate() {
-            match plots::draw(&self.plots, figure, &plots::Options::default()) {
+        for (i, figure) in FIGURES.iter().enumerate() {
+            match figures::draw(&self.results, figure, &Options::default()) {
                 Ok(drawing) => drawn.push((figure, source(&drawing)?, drawing)),
                 // There may be none of this run.
-                Err(plots::Error::Nothing { .. }) => {}
+                Err(figures::Error::Nothing { .. }) => {}
                 Err(error) => return Err(error.into()),
             }
-            progress(i + 1, plots::FIGURES.len(), "figures drawn");
+            progress(i + 1, FIGURES.len(), "figures drawn");
         }
         Ok(
             html! { @for (figure, source, drawing) in &drawn { (one_figure(figure, source, drawing)) } },

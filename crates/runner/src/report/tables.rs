@@ -1,13 +1,12 @@
 //! The tables of `itarl plot`, readable: short numbers, each with the file's own one behind it
 //! (`<data value>`), which is what copying scripts and tests read.
 
+use figures::{Results, Table};
 use maud::{Markup, html};
 
-use crate::plots::{self, Table};
-
 /// The summary first; what has a row for each instance is folded.
-pub(super) fn all(run: &plots::Run) -> Markup {
-    let mut tables = plots::tables(run);
+pub(super) fn all(results: &Results) -> Markup {
+    let mut tables = figures::tables(results);
     let place = |table: &Table| ABOUT.iter().position(|(name, ..)| *name == table.name);
     tables.sort_by_key(|table| place(table).unwrap_or(ABOUT.len()));
     html! {
@@ -20,7 +19,7 @@ pub(super) fn all(run: &plots::Run) -> Markup {
         }
         p .faint {
             "R_Loc in m for each control step; IQM is the interquartile mean over instances, with its 95 % "
-            "bootstrap interval. Windows have " (run.window) " updates. The same tables are written by "
+            "bootstrap interval. Windows have " (results.window) " updates. The same tables are written by "
             code { "itarl plot" } " as CSV."
         }
     }

@@ -270,7 +270,7 @@ fn setting_part(part: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plots::FIGURES;
+    use crate::FIGURES;
 
     fn page(text: &str) -> String {
         let style = font(NORMAL, INK, HPos::Center);

@@ -8,7 +8,7 @@
 //! | `correlation` | a setting, and all: Pearson's r of R_Loc and R_MI |
 
 use super::{
-    Instance, Run, Setting,
+    Instance, Results, Setting,
     statistics::{
         Interval, bootstrap, interquartile_mean, mean, pearson, probability_of_improvement,
         quantile, sorted,
@@ -56,7 +56,7 @@ fn told(value: Option<bool>) -> String {
     value.map_or(String::new(), |value| value.to_string())
 }
 
-pub(super) fn instances(run: &Run) -> Table {
+pub(super) fn instances(run: &Results) -> Table {
     let header = vec![
         "setting",
         "seed",
@@ -87,7 +87,7 @@ pub(super) fn instances(run: &Run) -> Table {
     Table { name: "instances", header, rows: rows.collect() }
 }
 
-pub(super) fn settings(run: &Run) -> Table {
+pub(super) fn settings(run: &Results) -> Table {
     let header = vec![
         "setting",
         "instances",
@@ -151,7 +151,7 @@ pub(super) fn improvement_of(settings: &[Setting], i: usize, j: usize) -> (f64, 
     (probability_of_improvement(&x, &y), interval)
 }
 
-pub(super) fn improvement(run: &Run) -> Table {
+pub(super) fn improvement(run: &Results) -> Table {
     let header = vec!["setting", "over", "probability", "low", "high"];
     let settings = &run.settings;
     let pairs = (0..settings.len())
@@ -174,7 +174,7 @@ pub(super) fn correlation_of(settings: &[Setting]) -> Option<f64> {
     }))
 }
 
-pub(super) fn correlation(run: &Run) -> Table {
+pub(super) fn correlation(run: &Results) -> Table {
     let header = vec!["setting", "updates", "pearson_R_Loc_R_MI"];
     let row = |name: &str, settings: &[Setting]| {
         let instances = settings.iter().flat_map(|setting| &setting.instances);
@@ -193,7 +193,7 @@ pub(super) fn correlation(run: &Run) -> Table {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plots::example::run_of;
+    use crate::example::run_of;
 
     /// Twenty updates: a first window of 2 at `first`, the rest at `last`.
     fn curve(first: f64, last: f64) -> Vec<f64> {
@@ -206,7 +206,7 @@ mod tests {
     }
 
     /// Last windows 1, 2, 3 and 10 of one setting, 2 of the other.
-    fn run() -> Run {
+    fn run() -> Results {
         let some = [1.0, 2.0, 3.0, 10.0].map(|last| curve(0.0, last));
         run_of(&[("a", some.into()), ("b,c=\"d\"", vec![curve(0.0, 2.0)])])
     }

@@ -19,7 +19,7 @@
 use std::ops::Range;
 
 use super::{
-    Instance, Run,
+    Instance, Results,
     statistics::{mean, welch_p},
 };
 
@@ -56,7 +56,7 @@ struct Windows {
 
 impl Outcome {
     /// Fills in the outcomes of all instances.
-    pub(super) fn judge(run: &mut Run) {
+    pub(super) fn judge(run: &mut Results) {
         let (window, longest) = (run.window, run.longest());
         let gain = |instance: &Instance| {
             let values = &instance.locomotion_m;
@@ -136,14 +136,14 @@ pub(super) fn choice(instances: &[Instance]) -> Choice {
 /// The best, the second best and the median instance of each setting, by the mean R_Loc of the last
 /// window.
 #[must_use]
-pub fn best_and_median(run: &Run) -> Vec<Choice> {
+pub fn best_and_median(run: &Results) -> Vec<Choice> {
     run.settings.iter().map(|setting| choice(&setting.instances)).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plots::example::run_of;
+    use crate::example::run_of;
 
     /// Ten windows of ten updates around these means.
     fn curve(means: [f64; 10]) -> Vec<f64> {

@@ -5,7 +5,7 @@ use base64::{Engine, engine::general_purpose::STANDARD};
 use scenes::{render::Picture, three_sides};
 use svenja::Morphology;
 
-use super::{Drawing, Error, Figure, Options, Run};
+use super::{Drawing, Error, Figure, Options, Results};
 
 pub(super) const FIGURE: Figure = Figure {
     name: "robot",
@@ -19,7 +19,7 @@ pub(super) const FIGURE: Figure = Figure {
 /// White, between two models.
 const GAP: usize = 20;
 
-fn draw(run: &Run, _: &Options) -> Result<Drawing, Error> {
+fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
     let models = models(run)?;
     let refused = |error: scenes::Error| Error::Drawing(error.to_string());
     let pictures: Result<Vec<_>, _> = models.iter().map(three_sides).collect();
@@ -40,7 +40,7 @@ fn draw(run: &Run, _: &Options) -> Result<Drawing, Error> {
 }
 
 /// The run's copies.
-fn models(run: &Run) -> Result<Vec<Morphology>, Error> {
+fn models(run: &Results) -> Result<Vec<Morphology>, Error> {
     let run = runs::Run::open(&run.folder)?;
     let nothing = |why: String| Error::Nothing { figure: FIGURE.name, why };
     let model = |listed: &runs::Model| {
@@ -69,10 +69,10 @@ mod tests {
     use runs::{Bullet, NewRun, Precision};
 
     use super::*;
-    use crate::plots::example::run_of;
+    use crate::example::run_of;
 
     /// A run folder with these model files, and nothing trained in it.
-    fn run(models: &[&str]) -> (tempfile::TempDir, Run) {
+    fn run(models: &[&str]) -> (tempfile::TempDir, Results) {
         let parent = tempfile::tempdir().unwrap();
         let folder = parent.path().join("run");
         let text = |file: &str| {
@@ -88,7 +88,7 @@ mod tests {
             cells: Vec::new(),
         };
         runs::Run::create(&folder, &new).unwrap();
-        let run = Run { folder, ..run_of(&[("base", vec![vec![0.0]])]) };
+        let run = Results { folder, ..run_of(&[("base", vec![vec![0.0]])]) };
         (parent, run)
     }
 

@@ -4,13 +4,33 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `run.rs`, `contacts.rs` | a run folder as plain data: settings, instances, columns |
-//! | `outcome.rs` | what an instance came to; the best and the median one |
-//! | `statistics.rs` | quartiles, interquartile mean, bootstrap, correlation |
-//! | `tables.rs` | the numbers beside the figures |
-//! | `curves.rs` | smoothing, quartiles over time |
+//! | `results.rs`, `contacts.rs` | [`Results`]: a run folder as plain data: settings, instances, columns |
+//! | `outcome.rs` | [`Outcome`]: what an instance came to; the best and the median one |
+//! | [`statistics`] | quartiles, interquartile mean, bootstrap, correlation |
+//! | `tables.rs` | [`Table`]: the numbers beside the figures |
+//! | `curves.rs`, `numbers.rs` | smoothing, quartiles over time; numbers as people read them |
 //! | `canvas.rs`, `axis.rs` | the page, the font, the axes |
-//! | the others | one figure each |
+//! | `robot.rs`, `learning_curves.rs`, `close_up.rs`, `feet.rs`, `scatter.rs`, `final_values.rs` | one figure each |
+//!
+//! ```no_run
+//! use figures::{FIGURES, Options, Results, draw};
+//!
+//! let run = runs::Run::open("runs/quick".as_ref())?;
+//! // Whoever knows the experiment asks for rows that its checkpoints vouch for; these are as they lie.
+//! let rows = |cell: &runs::Cell| runs::read_all(&run.cell(cell).metrics());
+//! let (results, omitted) = Results::read(&run, &rows, &|_read, _cells| {})?;
+//! omitted.iter().for_each(|it| eprintln!("{it}"));
+//! for figure in &FIGURES {
+//!     std::fs::write(format!("{}.svg", figure.name), draw(&results, figure, &Options::default())?.svg)?;
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! What always holds: nothing is simulated, trained or written here; the same files give the same
+//! bytes, with any number of threads; what can't be believed is left out and named. Experiment files
+//! aren't known: whoever reads a run says how a cell's rows are read.
+
+#![forbid(unsafe_code)]
 
 mod axis;
 mod canvas;
@@ -20,9 +40,10 @@ mod curves;
 mod feet;
 mod final_values;
 mod learning_curves;
+mod numbers;
 mod outcome;
+mod results;
 mod robot;
-mod run;
 mod scatter;
 pub mod statistics;
 mod tables;
@@ -33,8 +54,9 @@ mod example;
 use std::path::PathBuf;
 
 pub use contacts::Contacts;
+pub use numbers::grouped;
 pub use outcome::{Choice, Outcome, best_and_median};
-pub use run::{Instance, Omitted, Run, Setting};
+pub use results::{Instance, Omitted, Results, Setting};
 pub use tables::Table;
 
 use outcome::choice;
@@ -58,8 +80,8 @@ pub struct Figure {
     pub title: &'static str,
     /// What is drawn, in a sentence.
     pub caption: &'static str,
-    draw: fn(&Run, &Options) -> Result<Drawing, Error>,
-    tables: fn(&Run) -> Vec<Table>,
+    draw: fn(&Results, &Options) -> Result<Drawing, Error>,
+    tables: fn(&Results) -> Vec<Table>,
 }
 
 /// What may be chosen.
@@ -106,21 +128,21 @@ impl Drawing {
 ///
 /// # Errors
 /// [`Error::Nothing`] if this run has nothing to show in it, [`Error::Setting`], [`Error::Drawing`].
-pub fn draw(run: &Run, figure: &Figure, options: &Options) -> Result<Drawing, Error> {
+pub fn draw(run: &Results, figure: &Figure, options: &Options) -> Result<Drawing, Error> {
     (figure.draw)(run, options)
 }
 
 impl Figure {
     /// The numbers beside it.
     #[must_use]
-    pub fn tables(&self, run: &Run) -> Vec<Table> {
+    pub fn tables(&self, run: &Results) -> Vec<Table> {
         (self.tables)(run)
     }
 }
 
 /// The tables of all figures.
 #[must_use]
-pub fn tables(run: &Run) -> Vec<Table> {
+pub fn tables(run: &Results) -> Vec<Table> {
     FIGURES.iter().flat_map(|figure| figure.tables(run)).collect()
 }
 
@@ -186,7 +208,7 @@ mod tests {
     use example::run_of;
 
     /// Made-up curves that differ and have up to `n` updates.
-    fn made_up(n_settings: usize, n_instances: usize, n: usize) -> Run {
+    fn made_up(n_settings: usize, n_instances: usize, n: usize) -> Results {
         let curve = |i: usize, j: usize| -> Vec<f64> {
             let n = if j % 3 == 2 { n.div_ceil(2) } else { n };
             (0..n).map(|t| ((1 + i + j) * (1 + t) % 97) as f64 * 1e-3).collect()
@@ -263,7 +285,7 @@ mod tests {
 
     #[test]
     fn the_document_has_every_figure_and_column() {
-        let document = include_str!("../../../../docs/figures.md");
+        let document = include_str!("../../../docs/figures.md");
         for figure in &FIGURES {
             assert!(document.contains(&format!("\n## `{}`", figure.name)), "{}", figure.name);
             assert!(!figure.title.is_empty() && figure.caption.ends_with('.'), "{}", figure.name);

@@ -6,7 +6,7 @@ use plotters::{
 };
 
 use super::{
-    Drawing, Error, Figure, Instance, Options, Run, Setting,
+    Drawing, Error, Figure, Instance, Options, Results, Setting,
     axis::{Axis, BELOW, LEFT, Panel},
     canvas::{
         Area, BLUE, GREEN, GREY, INK, NORMAL, PAGE, PURPLE, Rect, SMALL, VERMILLION, font, line,
@@ -47,7 +47,7 @@ struct Highlight {
     color: RGBColor,
 }
 
-fn draw(run: &Run, options: &Options) -> Result<Drawing, Error> {
+fn draw(run: &Results, options: &Options) -> Result<Drawing, Error> {
     let settings = chosen(run, options)?;
     let n_curves: usize = settings.iter().map(|setting| setting.instances.len()).sum();
     let w = window_for(run.longest(), POINTS.min(ALL_POINTS / n_curves.max(1)).max(30));
@@ -82,7 +82,7 @@ fn draw(run: &Run, options: &Options) -> Result<Drawing, Error> {
     })
 }
 
-fn note(run: &Run, w: usize) -> String {
+fn note(run: &Results, w: usize) -> String {
     let smoothing = match w {
         1 => "Nothing is smoothed: each point is an update.".to_owned(),
         _ => format!("A point is a mean over {w} updates."),
@@ -95,7 +95,7 @@ fn note(run: &Run, w: usize) -> String {
 }
 
 /// As asked, or the setting with the highest mean and the last one; in the order of the sweep.
-fn chosen<'a>(run: &'a Run, options: &Options) -> Result<Vec<&'a Setting>, Error> {
+fn chosen<'a>(run: &'a Results, options: &Options) -> Result<Vec<&'a Setting>, Error> {
     let known = || run.settings.iter().map(|it| it.name.clone()).collect();
     if let Some(name) =
         options.settings.iter().find(|name| run.settings.iter().all(|it| &it.name != *name))
@@ -193,7 +193,7 @@ fn draw_panel(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plots::example::run_of;
+    use crate::example::run_of;
 
     fn flat(value: f64) -> Vec<f64> {
         vec![value; 20]

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use super::{Instance, Outcome, Run, Setting};
+use super::{Instance, Outcome, Results, Setting};
 
 /// Settings with a curve of R_Loc for each instance. R is its square, R_MI its half.
-pub(super) fn run_of(settings: &[(&str, Vec<Vec<f64>>)]) -> Run {
+pub(super) fn run_of(settings: &[(&str, Vec<Vec<f64>>)]) -> Results {
     let instance = |(i, curve): (usize, &Vec<f64>)| Instance {
         cell: format!("seed={}", i + 1),
         seed: i as u64 + 1,
@@ -20,8 +20,11 @@ pub(super) fn run_of(settings: &[(&str, Vec<Vec<f64>>)]) -> Run {
         name: (*name).into(),
         instances: curves.iter().enumerate().map(instance).collect(),
     };
-    let mut run =
-        Run { folder: "run".into(), settings: settings.iter().map(setting).collect(), window: 1 };
+    let mut run = Results {
+        folder: "run".into(),
+        settings: settings.iter().map(setting).collect(),
+        window: 1,
+    };
     run.window = (run.longest() / 10).max(1);
     Outcome::judge(&mut run);
     run

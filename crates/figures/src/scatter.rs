@@ -7,7 +7,7 @@ use plotters::{
 };
 
 use super::{
-    Drawing, Error, Figure, Instance, Options, Run, Setting,
+    Drawing, Error, Figure, Instance, Options, Results, Setting,
     axis::{Axis, BELOW, LEFT, Panel},
     canvas::{
         Area, INK, NORMAL, PAGE, Rect, SMALL, font, grid, notes_height, paint, setting_lines,
@@ -16,7 +16,7 @@ use super::{
     curves::sliding_means,
     tables,
 };
-use crate::numbers::grouped;
+use crate::grouped;
 
 pub(super) const FIGURE: Figure = Figure {
     name: "scatter",
@@ -49,7 +49,7 @@ const VIRIDIS: [RGBColor; 6] = [
     RGBColor(210, 180, 20),
 ];
 
-fn draw(run: &Run, _: &Options) -> Result<Drawing, Error> {
+fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
     let w = (run.longest() / WINDOWS).max(1);
     let step = run.longest().div_ceil(POINTS.min(ALL_POINTS / run.instances().count()).max(10));
     let curve = |instance: &Instance| -> Vec<(f64, f64)> {
@@ -100,7 +100,7 @@ fn correlation(settings: &[Setting]) -> String {
     }
 }
 
-fn note(run: &Run, w: usize) -> String {
+fn note(run: &Results, w: usize) -> String {
     let n: usize = run.instances().map(Instance::updates).sum();
     format!(
         "Over all {} updates of all instances Pearson's {}. Curves are means over a sliding \

@@ -6,7 +6,7 @@ use plotters::{
 };
 
 use super::{
-    Drawing, Error, Figure, Instance, Options, Run, Setting,
+    Drawing, Error, Figure, Instance, Options, Results, Setting,
     axis::{Axis, BELOW, Chart, LEFT, Panel},
     canvas::{
         Area, BLUE, GREEN, INK, NORMAL, PAGE, Rect, SMALL, VERMILLION, fill, font, line,
@@ -77,7 +77,7 @@ struct Layout {
     title_lines: usize,
 }
 
-fn draw(run: &Run, _: &Options) -> Result<Drawing, Error> {
+fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
     let w = window_for(run.longest(), POINTS.min(ALL_POINTS / run.settings.len()).max(30));
     let curves: Vec<Vec<_>> = QUANTITIES
         .iter()
@@ -114,7 +114,7 @@ fn note(w: usize) -> String {
 }
 
 impl Layout {
-    fn of(run: &Run) -> Self {
+    fn of(run: &Results) -> Self {
         let n = run.settings.len();
         let n_columns = n.div_ceil(n.div_ceil(COLUMNS));
         let available = PAGE - MARGIN - 12.0;
@@ -146,7 +146,7 @@ impl Layout {
 
 fn draw_row(
     area: &Area<'_>,
-    run: &Run,
+    run: &Results,
     layout: &Layout,
     (row, quantity): (usize, &Quantity),
     curves: &[Vec<Spread>],

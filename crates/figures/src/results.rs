@@ -8,20 +8,16 @@ use std::{
     sync::atomic::{AtomicUsize, Ordering},
 };
 
-use runs::{CellFolder, Recording, Row};
+use runs::{Cell, CellFolder, Recording, Row, Run};
 
 use super::{Contacts, Error, Outcome, choice};
-use crate::{
-    catalogue::{Catalogue, LabCell},
-    experiment::Cell,
-};
 
 /// Beyond it a number isn't one that learning gives, and its square has no place in an f64.
 const LARGEST: f64 = 1e100;
 
 /// What a run has recorded so far.
 #[derive(Clone, Debug)]
-pub struct Run {
+pub struct Results {
     /// Its folder.
     pub folder: PathBuf,
     /// The settings that have an instance, in the order of the sweep.
@@ -73,8 +69,10 @@ pub struct Omitted {
 }
 
 impl Omitted {
-    pub(crate) fn new(cell: &Cell, error: &dyn std::fmt::Display) -> Self {
-        Self { cell: cell.folder().display().to_string(), reason: error.to_string() }
+    /// A cell, called `xi=0.75/seed=3`, for a reason.
+    #[must_use]
+    pub fn new(cell: impl std::fmt::Display, reason: impl std::fmt::Display) -> Self {
+        Self { cell: cell.to_string(), reason: reason.to_string() }
     }
 }
 
@@ -84,31 +82,32 @@ impl std::fmt::Display for Omitted {
     }
 }
 
-impl Run {
-    /// Reads a run, finished or not. `progress` is told how many of how many cells are read, from any
-    /// thread.
+impl Results {
+    /// Reads a run, finished or not. `rows` gives all rows of a cell that can be believed, and
+    /// `progress` is told how many of how many cells are read: both from any thread.
     ///
     /// # Errors
     /// If there's no update in it yet.
     pub fn read(
-        catalogue: &Catalogue,
+        run: &Run,
+        rows: &(dyn Fn(&Cell) -> Result<Vec<Row>, runs::Error> + Sync),
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<(Self, Vec<Omitted>), Error> {
-        let folder = catalogue.run().folder();
-        let cells = catalogue.cells();
+        let folder = run.folder();
+        let cells = &run.manifest().cells;
         let n_read = AtomicUsize::new(0);
         let instances = runs::parallel::map(cells, |cell| {
-            let read = Instance::read(catalogue, cell);
+            let read = Instance::read(cell, run.cell(cell), rows);
             progress(n_read.fetch_add(1, Ordering::Relaxed) + 1, cells.len());
             read
         });
         let mut omitted = Vec::new();
         let mut settings: Vec<Setting> = Vec::new();
-        for (LabCell { cell, .. }, read) in cells.iter().zip(instances) {
+        for (cell, read) in cells.iter().zip(instances) {
             let instance = match read {
                 Ok(instance) => instance,
                 Err(error) => {
-                    omitted.push(Omitted::new(cell, &error));
+                    omitted.push(Omitted::new(cell.folder(), &error));
                     None
                 }
             };
@@ -150,8 +149,7 @@ impl Run {
                 let instance = &mut setting.instances[index];
                 match Recording::read(&CellFolder::new(&instance.folder).replay()) {
                     Ok(recording) => instance.contacts = recording.map(|it| Contacts::of(&it)),
-                    Err(error) => omitted
-                        .push(Omitted { cell: instance.cell.clone(), reason: error.to_string() }),
+                    Err(error) => omitted.push(Omitted::new(&instance.cell, error)),
                 }
             }
         }
@@ -174,15 +172,18 @@ impl Instance {
     }
 
     /// None if there's no update yet.
-    fn read(catalogue: &Catalogue, cell: &LabCell) -> Result<Option<Self>, runs::Error> {
-        let rows = catalogue.rows(cell)?;
-        let LabCell { cell, folder, .. } = cell;
+    fn read(
+        cell: &Cell,
+        folder: CellFolder,
+        rows: &(dyn Fn(&Cell) -> Result<Vec<Row>, runs::Error> + Sync),
+    ) -> Result<Option<Self>, runs::Error> {
+        let rows = rows(cell)?;
         if let Some(what) = rows.iter().enumerate().find_map(|(i, row)| wrong(i, row)) {
             return Err(runs::Error::Damaged { path: folder.metrics(), what });
         }
         let column = |of: fn(&Row) -> f64| rows.iter().map(of).collect();
         Ok((!rows.is_empty()).then(|| Self {
-            cell: cell.folder().display().to_string(),
+            cell: cell.folder(),
             seed: cell.seed,
             folder: folder.path().into(),
             reward: column(|row| row.reward),
@@ -204,4 +205,65 @@ fn wrong(i: usize, row: &Row) -> Option<String> {
     let (name, value) =
         values.into_iter().find(|(_, value)| value.is_nan() || value.abs() > LARGEST)?;
     Some(format!("line {}: {name} must be within -1e100 to 1e100, got {value}", i + 2))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use runs::{Bullet, NewRun, Precision};
+
+    use super::*;
+
+    /// A run folder of two settings with two seeds each, in which nothing was trained.
+    fn run(folder: &Path) -> Run {
+        let cell = |index: usize| Cell {
+            index,
+            setting: format!("xi={}", index / 2),
+            seed: index as u64 % 2 + 1,
+        };
+        let new = NewRun {
+            experiment: "learning.updates = 3".into(),
+            itarl: "0.1.0".into(),
+            bullet: Bullet { version: 325, precision: Precision::Single },
+            models: Vec::new(),
+            seeds: vec![1, 2],
+            cells: (0..4).map(cell).collect(),
+        };
+        Run::create(folder, &new).unwrap()
+    }
+
+    fn rows(updates: impl IntoIterator<Item = u64>, locomotion_m: f64) -> Vec<Row> {
+        let row = |update| Row { update, locomotion_m, ..Row::default() };
+        updates.into_iter().map(row).collect()
+    }
+
+    #[test]
+    fn what_cannot_be_believed_is_left_out_and_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = run(&folder.path().join("run"));
+        let rows = |cell: &Cell| match cell.index {
+            0 => Ok(rows(1..=3, 0.5)),
+            1 => Ok(rows([1, 3], 0.5)),
+            2 => Ok(Vec::new()),
+            _ => Ok(rows(1..=3, f64::NAN)),
+        };
+        let (results, omitted) = Results::read(&run, &rows, &|_, _| {}).unwrap();
+        let names: Vec<_> = results.settings.iter().map(|it| it.name.as_str()).collect();
+        assert_eq!(names, ["xi=0"]);
+        assert_eq!(results.settings[0].instances[0].locomotion_m, [0.5; 3]);
+        let [gap, nan] = &omitted[..] else { panic!("{omitted:?}") };
+        assert!(gap.to_string().starts_with("xi=0/seed=2: left out: "), "{gap}");
+        assert!(gap.reason.ends_with("damaged: line 3: update 2 expected, got 3"), "{gap}");
+        assert_eq!(nan.cell, "xi=1/seed=2");
+        assert!(nan.reason.contains("line 2: R_Loc must be within"), "{nan}");
+    }
+
+    #[test]
+    fn a_run_without_an_update_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = run(&folder.path().join("run"));
+        let error = Results::read(&run, &|_| Ok(Vec::new()), &|_, _| {}).unwrap_err();
+        assert!(error.to_string().contains("no cell has an update yet"), "{error}");
+    }
 }

@@ -7,7 +7,7 @@ use plotters::{
 };
 
 use super::{
-    Drawing, Error, Figure, Options, Run, Setting,
+    Drawing, Error, Figure, Options, Results, Setting,
     axis::{Axis, LEFT, Panel},
     canvas::{
         Area, BLUE, FAINT, INK, NORMAL, PAGE, Rect, SMALL, VERMILLION, fill, font, grid, line,
@@ -63,7 +63,7 @@ struct Labels {
     beside_matrix: Vec<Vec<String>>,
 }
 
-fn draw(run: &Run, _: &Options) -> Result<Drawing, Error> {
+fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
     let layout = Layout::of(run);
     let notes = [note(run)];
     let caption = format!("{} {}", FIGURE.caption, notes.join(" "));
@@ -77,7 +77,7 @@ fn draw(run: &Run, _: &Options) -> Result<Drawing, Error> {
 }
 
 impl Layout {
-    fn of(run: &Run) -> Self {
+    fn of(run: &Results) -> Self {
         let n = run.settings.len();
         let beside = Self::with(run, n <= BESIDE, false);
         let fits = |lines: &Vec<String>| lines.len() <= LINES;
@@ -88,7 +88,7 @@ impl Layout {
         }
     }
 
-    fn with(run: &Run, is_beside: bool, has_letters: bool) -> Self {
+    fn with(run: &Results, is_beside: bool, has_letters: bool) -> Self {
         let n = run.settings.len();
         let available = PAGE - MARGIN - LEFT - 14.0;
         let slot = if is_beside { (430.0 / n as f64).min(130.0) } else { available / n as f64 };
@@ -113,7 +113,7 @@ impl Layout {
 }
 
 impl Labels {
-    fn of(run: &Run, [slot, cell, names]: [f64; 3], has_letters: bool) -> Self {
+    fn of(run: &Results, [slot, cell, names]: [f64; 3], has_letters: bool) -> Self {
         let lines = |most: f64| -> Vec<Vec<String>> {
             run.settings.iter().map(|it| setting_lines(&it.name, SMALL, most)).collect()
         };
@@ -142,7 +142,7 @@ fn letter(i: usize) -> String {
     }
 }
 
-fn note(run: &Run) -> String {
+fn note(run: &Results) -> String {
     format!(
         "R_Loc is the mean over an instance's last {} updates. Bar: interquartile mean with its \
          95 % interval (percentile bootstrap). No progress: the gain over the first {} updates is \
@@ -152,7 +152,7 @@ fn note(run: &Run) -> String {
     )
 }
 
-fn draw_dots(area: &Area<'_>, run: &Run, layout: &Layout) -> Result<(), Error> {
+fn draw_dots(area: &Area<'_>, run: &Results, layout: &Layout) -> Result<(), Error> {
     let frame = layout.dots;
     let n = run.settings.len();
     let iqms: Vec<_> = run.settings.iter().map(iqm).collect();
@@ -236,7 +236,12 @@ fn percent(share: f64) -> String {
 }
 
 /// Names of settings with their facts, below the dots.
-fn draw_facts(area: &Area<'_>, run: &Run, frame: Rect, names: &[Vec<String>]) -> Result<(), Error> {
+fn draw_facts(
+    area: &Area<'_>,
+    run: &Results,
+    frame: Rect,
+    names: &[Vec<String>],
+) -> Result<(), Error> {
     let slot = frame.width / run.settings.len() as f64;
     let n_lines = names.iter().map(Vec::len).max().unwrap_or(1);
     let y = |line: usize| frame.bottom() + 16.0 + line as f64 * LINE;
@@ -256,7 +261,7 @@ fn draw_facts(area: &Area<'_>, run: &Run, frame: Rect, names: &[Vec<String>]) ->
     Ok(())
 }
 
-fn draw_matrix(area: &Area<'_>, run: &Run, frame: Rect, layout: &Layout) -> Result<(), Error> {
+fn draw_matrix(area: &Area<'_>, run: &Results, frame: Rect, layout: &Layout) -> Result<(), Error> {
     let Layout { cell, labels, .. } = layout;
     let n_lines = labels.above_matrix.iter().map(Vec::len).max().unwrap_or(1) as f64;
     let left = frame.x - layout.names;

@@ -4,7 +4,7 @@
 use plotters::style::{RGBColor, text_anchor::HPos};
 
 use super::{
-    Choice, Contacts, Drawing, Error, Figure, Instance, Options, Run, Setting,
+    Choice, Contacts, Drawing, Error, Figure, Instance, Options, Results, Setting,
     axis::Axis,
     best_and_median,
     canvas::{
@@ -43,7 +43,7 @@ struct Raster<'a> {
     title: String,
 }
 
-fn draw(run: &Run, options: &Options) -> Result<Drawing, Error> {
+fn draw(run: &Results, options: &Options) -> Result<Drawing, Error> {
     let rows: Vec<_> = run
         .settings
         .iter()
@@ -112,7 +112,7 @@ fn why_nothing(recorded: Option<&Contacts>) -> String {
     .into()
 }
 
-fn notes(run: &Run, shown: &[&Contacts]) -> Vec<String> {
+fn notes(run: &Results, shown: &[&Contacts]) -> Vec<String> {
     let windows = format!(
         "Light: contact. Instances are chosen by their mean R_Loc, in m per control step, over \
          their last {} updates.",
@@ -215,7 +215,7 @@ fn draw_time(area: &Area<'_>, frame: Rect, seconds: f64) -> Result<(), Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plots::example::run_of;
+    use crate::example::run_of;
 
     fn contacts(n_steps: usize, seconds_per_step: f64) -> Contacts {
         Contacts { feet: vec!["foot".into()], seconds_per_step, touching: vec![true; n_steps] }
@@ -234,7 +234,7 @@ mod tests {
     #[test]
     fn a_run_without_feet_says_so() {
         let mut run = run_of(&[("a", vec![vec![1.0; 20]])]);
-        let why = |run: &Run| draw(run, &Options::default()).unwrap_err().to_string();
+        let why = |run: &Results| draw(run, &Options::default()).unwrap_err().to_string();
         assert!(why(&run).starts_with("feet: the chosen instances have no replay.safetensors yet"));
         let none = Contacts { feet: vec![], ..contacts(0, 0.1) };
         run.settings[0].instances[0].contacts = Some(none);
