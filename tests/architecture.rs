@@ -50,6 +50,36 @@ fn crates_depend_on_each_other_as_the_architecture_says() {
     let (arrows, _) = arrows_in_the_workspace();
     let others: Vec<_> = arrows.difference(&allowed).collect();
     assert!(others.is_empty(), "not among the arrows of ARCHITECTURE.md: {others:?}");
+    let missing: Vec<_> = allowed.difference(&arrows).collect();
+    assert!(missing.is_empty(), "arrows of ARCHITECTURE.md that nothing follows: {missing:?}");
+}
+
+/// All that is built for a crate alone, by name.
+fn built_for(name: &str) -> BTreeSet<String> {
+    let tree = Command::new(env!("CARGO"))
+        .args(["tree", "--offline", "--edges", "normal,build", "--prefix", "none", "-p", name])
+        .current_dir(root())
+        .output()
+        .unwrap();
+    assert!(tree.status.success(), "{}", String::from_utf8_lossy(&tree.stderr));
+    let lines = String::from_utf8(tree.stdout).unwrap();
+    lines.lines().filter_map(|line| line.split(' ').next()).map(str::to_owned).collect()
+}
+
+/// The features of others are no arrow, and could bring Bullet in: `svenja` has one that does.
+#[test]
+fn what_reads_and_draws_is_built_without_physics_and_training() {
+    let (_, ours) = arrows_in_the_workspace();
+    for (name, others) in [
+        ("runs", &[][..]),
+        ("scenes", &["config", "runs", "svenja"]),
+        ("figures", &["config", "runs", "scenes", "svenja"]),
+    ] {
+        let built = built_for(name);
+        let built: Vec<_> = built.intersection(&ours).filter(|it| *it != name).collect();
+        assert_eq!(built, others, "built for {name}");
+    }
+    assert!(built_for("runner").contains("bullet"));
 }
 
 #[test]

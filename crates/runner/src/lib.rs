@@ -1,4 +1,17 @@
-//! The lab: experiments from files, trained, recorded, resumed.
+//! The lab: experiments from files, trained, recorded, resumed; what the binary `itarl` is made of.
+//!
+//! | file | what |
+//! |---|---|
+//! | [`experiment`] | experiment files: all settings of a cell, the sweep over some of them |
+//! | [`session`] | one cell at work: robot, policy, reward, gradient, step by step |
+//! | [`training`] | many cells over threads and lanes, with checkpoints, until done or stopped |
+//! | [`catalogue`] | a run's folder with what it's made of: where training and reading begin |
+//! | [`rollout`], [`gait`] | a policy or a gait without learning |
+//! | [`clips`], [`report`] | what `scenes` and `figures` show of a run, composed |
+//! | [`cli`], [`commands`], [`progress`] | what can be typed, what it does, and how far it is |
+//!
+//! What always holds: a cell's result depends on its setting and its seed alone. Whoever shows
+//! progress observes, and whoever reads results reads files.
 
 #![forbid(unsafe_code)]
 
