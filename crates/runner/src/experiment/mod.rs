@@ -14,7 +14,6 @@ mod leaves;
 mod perturbation;
 mod physics;
 mod plan;
-mod policy;
 mod record;
 mod sweep;
 mod twice;
@@ -25,11 +24,11 @@ pub use learning::LearningSettings;
 pub use perturbation::PerturbationSettings;
 pub use physics::PhysicsSettings;
 pub use plan::{Cell, Plan, absolute};
-pub use policy::{Connectivity, PolicySettings};
 pub use record::{CheckpointSettings, RecordSettings};
 pub use sweep::MOST_CELLS;
 
 use config::{Section, text};
+use policy::PolicySettings;
 use serde::Serialize;
 
 use crate::reward::RewardSettings;
@@ -48,7 +47,7 @@ pub struct Experiment {
     pub control: ControlSettings,
     /// Readings to bits, bits to targets.
     pub codec: CodecSettings,
-    /// The machine that acts.
+    /// What acts.
     pub policy: PolicySettings,
     /// What it learns for.
     pub reward: RewardSettings,

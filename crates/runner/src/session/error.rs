@@ -3,14 +3,9 @@
 /// What went wrong in a cell.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// Settings that don't fit the model.
-    #[error("{key}: {message}")]
-    Misfit {
-        /// The setting.
-        key: &'static str,
-        /// What doesn't fit.
-        message: String,
-    },
+    /// Settings of a policy that don't fit the model.
+    #[error(transparent)]
+    Policy(#[from] policy::Error),
     /// A cell that blew up: it can't go on.
     #[error("{when}: {message}")]
     BlewUp {
