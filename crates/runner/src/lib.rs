@@ -20,4 +20,5 @@ pub mod training;
 mod models;
 mod numbers;
 mod parallel;
+mod policies;
 mod rules;

@@ -46,7 +46,7 @@ fn draw(run: &Run, _: &Options) -> Result<Drawing, Error> {
 fn models(run: &Run) -> Result<Vec<Morphology>, Error> {
     let run = store::Run::open(&run.folder)?;
     let nothing = |why: String| Error::Nothing { figure: FIGURE.name, why };
-    let model = |listed: &store::Model| {
+    let model = |listed: &store::FileCopy| {
         let source = run.model_path(&listed.file).display().to_string();
         Morphology::parse(&source, &run.model(listed)?)
             .map_err(|problems| nothing(problems.to_string()))
@@ -88,6 +88,7 @@ mod tests {
             itarl: "0.1.0".into(),
             bullet: Bullet { version: 325, precision: Precision::Single },
             models: models.iter().map(|file| ((*file).to_owned(), text(file))).collect(),
+            policies: Vec::new(),
             seeds: Vec::new(),
             cells: Vec::new(),
         };

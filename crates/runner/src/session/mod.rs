@@ -64,18 +64,23 @@ struct Buffers {
 }
 
 impl Session {
-    /// A cell that hasn't moved yet.
+    /// A cell that hasn't moved yet. `initial` has the bytes of [the file](Experiment::initial) that
+    /// its policy starts from, if it starts from one.
     ///
     /// # Errors
-    /// Settings that don't fit the model.
+    /// Settings that don't fit the model; parameters to start from that are another policy's.
     pub fn build(
         experiment: &Experiment,
         morphology: &Morphology,
+        initial: Option<&[u8]>,
         seed: u64,
     ) -> Result<Self, Error> {
         let build = |error: &dyn std::fmt::Display| Error::Build(error.to_string());
         let episode = Episode::new(experiment, morphology).map_err(|error| build(&error))?;
-        let policy = build_policy(experiment, morphology, seed)?;
+        let mut policy = build_policy(experiment, morphology, seed)?;
+        if let Some(path) = experiment.initial() {
+            structure::start_from(&mut *policy, path, initial.unwrap_or_default())?;
+        }
         let learning = &experiment.learning;
         let estimator =
             EstimatorSettings { discount: learning.discount, baseline_factor: learning.baseline };

@@ -21,6 +21,15 @@ pub fn build_policy(
     Ok(experiment.policy.build(&structure(experiment, morphology), seed)?)
 }
 
+/// Sets the parameters at the beginning to those of the bytes of a file at `path`.
+///
+/// # Errors
+/// [`Error::Initial`]
+pub(super) fn start_from(policy: &mut dyn Policy, path: &str, bytes: &[u8]) -> Result<(), Error> {
+    let set = policy.read_safetensors(bytes).and_then(|it| policy.set_parameters(&it));
+    set.map_err(|cause| Error::Initial { path: path.into(), cause })
+}
+
 /// The robot's bits, and which of them belong together.
 fn structure(experiment: &Experiment, morphology: &Morphology) -> Structure {
     let bits = experiment.codec.sensor_bits as usize;

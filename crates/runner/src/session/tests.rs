@@ -37,7 +37,7 @@ fn crawler() -> (Experiment, Morphology) {
 
 fn session() -> (Session, Morphology) {
     let (experiment, morphology) = crawler();
-    let mut session = Session::build(&experiment, &morphology, 4).unwrap();
+    let mut session = Session::build(&experiment, &morphology, None, 4).unwrap();
     while session.is_settling() {
         advance(&mut session);
     }
@@ -210,7 +210,7 @@ fn saved(session: &mut Session) -> Checkpoint {
 /// The same cell, begun anew and brought to a checkpoint.
 fn restored(checkpoint: &Checkpoint) -> Result<Session, Error> {
     let (experiment, morphology) = crawler();
-    let mut session = Session::build(&experiment, &morphology, 4).unwrap();
+    let mut session = Session::build(&experiment, &morphology, None, 4).unwrap();
     session.restore(checkpoint)?;
     Ok(session)
 }

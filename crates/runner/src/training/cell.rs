@@ -90,7 +90,7 @@ impl<'a> Trainee<'a> {
         let (mut open, checkpoint) = lab
             .catalogue()
             .expecting(cell, |expected| OpenCell::open(cell.folder.clone(), expected))?;
-        let mut session = Session::build(settings, morphology, cell.cell.seed)?;
+        let mut session = lab.session(cell)?;
         if let Some(checkpoint) = &checkpoint {
             let path = cell.folder.checkpoint();
             session.restore(checkpoint).with_context(|| path.display().to_string())?;
