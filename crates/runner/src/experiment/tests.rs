@@ -563,6 +563,21 @@ fn a_sweep_of_the_largest_size_is_read_and_no_larger_one() {
     assert_eq!(open(&text(11), &[]).unwrap_err(), expected);
 }
 
+/// With what it is and with its tensors.
+#[test]
+fn every_kind_of_policy_stands_in_the_documentation() {
+    let page = |name: &str| {
+        let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs");
+        fs::read_to_string(docs.join(name)).unwrap()
+    };
+    let (settings, folders) = (page("experiment-files.md"), page("run-folders.md"));
+    let row = settings.lines().find(|line| line.starts_with("| `policy.kind` |")).unwrap();
+    for kind in KindSettings::all() {
+        assert!(row.contains(&format!("`\"{}\"`: ", kind.name())), "{row}");
+        assert!(folders.contains(&format!("\n| `{}` | `", kind.name())), "{}", kind.name());
+    }
+}
+
 #[test]
 fn every_key_stands_in_the_documentation() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/experiment-files.md");

@@ -4,6 +4,7 @@ use std::{collections::BTreeMap, path::Path};
 
 use config::Document;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use policy::Start;
 use proptest::prelude::*;
 
 use super::*;
@@ -198,6 +199,23 @@ fn rewards_are_what_the_record_makes_them() {
         assert_eq!((row.information_nats, row.information), (mean(3), mean(5)));
         assert_eq!(row.control_steps, row.update * T as u64);
     }
+}
+
+#[test]
+fn a_session_starts_from_what_another_has_exported() {
+    let (mut one, morphology) = session();
+    update(&mut one);
+    let file = one.policy_file().unwrap();
+    let (mut experiment, _) = crawler();
+    let as_drawn = Session::build(&experiment, &morphology, None, 5).unwrap();
+    experiment.policy.start = Start::File("/x".into());
+    let started = Session::build(&experiment, &morphology, Some(&file), 5).unwrap();
+    assert_eq!(started.policy.parameters(), one.policy.parameters());
+    // What it draws is the seed's, wherever its parameters are from.
+    assert_eq!(started.policy.random_state(), as_drawn.policy.random_state());
+
+    let error = Session::build(&experiment, &morphology, None, 5).err().unwrap().to_string();
+    assert!(error.starts_with("policy.initial: /x: safetensors: the file must be"), "{error}");
 }
 
 /// A checkpoint of a session, as a file would have it.

@@ -12,9 +12,10 @@ use super::{Difference, Error};
 /// Version of the run folder's format.
 pub(crate) const FORMAT: u64 = 1;
 
-/// The folders of copies.
-pub(crate) const MODELS: &str = "models";
-pub(crate) const POLICIES: &str = "policies";
+/// The folder of the copies of models.
+pub const MODELS: &str = "models";
+/// The folder of the copies of policies that cells start from.
+pub const POLICIES: &str = "policies";
 
 /// What a run is made of. Written once, when the run folder appears.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -286,6 +287,23 @@ mod tests {
         let error = decode(&text().replacen("89ab", "89+b", 1)).unwrap_err().to_string();
         assert!(error.contains("expected 16 hexadecimal digits at line 8"), "{error}");
         assert!(matches!(decode(&text()[..100]), Err(Error::Damaged { .. })));
+    }
+
+    /// Manifests of runs whose cells start from no file are as they were before there were any.
+    #[test]
+    fn policies_are_there_where_cells_start_from_some() {
+        assert!(!text().contains("policies"));
+        let mut with = manifest();
+        let copy = FileCopy { file: "a.safetensors".into(), xxh3: Hash(3) };
+        with.policies = vec![copy.clone()];
+        let bytes = with.encode().unwrap();
+        assert_eq!(Manifest::decode(Path::new("m"), &bytes).unwrap(), with);
+        let found: Vec<_> = manifest().differences(&with).iter().map(ToString::to_string).collect();
+        assert_eq!(found, ["policies/a.safetensors: nothing there, XXH3 0000000000000003 here"]);
+        with.policies.push(copy);
+        assert_eq!(with.check().unwrap_err(), "two policies are called \"a.safetensors\"");
+        with.policies[0].file = "../x".into();
+        assert_eq!(with.check().unwrap_err(), "policy \"../x\" can't be a file's name");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! A run's folder: settings, manifest, models and the cells' folders.
+//! A run's folder: settings, manifest, copies of the files that settings name, the cells' folders.
 //!
 //! It appears by one rename, so it's there as a whole or not at all. Several processes may make the
 //! same one at the same time: the first wins, the others compare and go on with it.
