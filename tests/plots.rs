@@ -54,6 +54,7 @@ fn made_up(folder: &Path, sweep: &str, n_instances: u64, n_updates: u64) {
         itarl: "0.1.0".into(),
         bullet: Bullet { version: 325, precision: Precision::Single },
         models: vec![("crawler.toml".into(), model)],
+        policies: Vec::new(),
         seeds: plan.seeds().to_vec(),
         cells: cells.collect(),
     };

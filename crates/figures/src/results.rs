@@ -227,6 +227,7 @@ mod tests {
             itarl: "0.1.0".into(),
             bullet: Bullet { version: 325, precision: Precision::Single },
             models: Vec::new(),
+            policies: Vec::new(),
             seeds: vec![1, 2],
             cells: (0..4).map(cell).collect(),
         };

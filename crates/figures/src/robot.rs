@@ -43,7 +43,7 @@ fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
 fn models(run: &Results) -> Result<Vec<Morphology>, Error> {
     let run = runs::Run::open(&run.folder)?;
     let nothing = |why: String| Error::Nothing { figure: FIGURE.name, why };
-    let model = |listed: &runs::Model| {
+    let model = |listed: &runs::FileCopy| {
         let source = run.model_path(&listed.file).display().to_string();
         Morphology::parse(&source, &run.model(listed)?)
             .map_err(|problems| nothing(problems.to_string()))
@@ -84,6 +84,7 @@ mod tests {
             itarl: "0.1.0".into(),
             bullet: Bullet { version: 325, precision: Precision::Single },
             models: models.iter().map(|file| ((*file).to_owned(), text(file))).collect(),
+            policies: Vec::new(),
             seeds: Vec::new(),
             cells: Vec::new(),
         };

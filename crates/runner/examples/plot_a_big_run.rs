@@ -117,6 +117,7 @@ fn make(
         itarl: env!("CARGO_PKG_VERSION").into(),
         bullet: Bullet { version: 325, precision: Precision::Single },
         models: vec![("svenja.toml".into(), fs::read(MODEL)?)],
+        policies: Vec::new(),
         seeds: (1..=n_instances as u64).collect(),
         cells: cells.collect(),
     };

@@ -7,13 +7,14 @@ use std::path::{Path, absolute};
 
 use anyhow::Context;
 use figures::{Omitted, Results};
-use runs::{CellFolder, CellStatus, Expected, Row, Run};
+use policy::Start;
+use runs::{CellFolder, CellStatus, Expected, FileCopy, Row, Run};
 use svenja::Morphology;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::{
     experiment::{Cell, Plan},
-    models,
+    models, policies,
 };
 
 /// A run, opened to be read or to be gone on with.
@@ -35,6 +36,8 @@ pub struct LabCell {
     pub identity: u64,
     /// Index of its robot among the models of `manifest.json`.
     pub(crate) model: usize,
+    /// Index of the file that its policy starts from among the policies of `manifest.json`.
+    pub(crate) initial: Option<usize>,
 }
 
 impl LabCell {
@@ -68,16 +71,23 @@ impl Catalogue {
         if let Some(what) = contradiction(&plan, listed) {
             return damaged(what);
         }
-        let paths = models::paths(&run);
+        let (models, policies) = (models::paths(&run), policies::paths(&run));
+        let listed_at = |paths: &[String], path: &str| {
+            let index = paths.iter().position(|listed| listed == path);
+            index.ok_or_else(|| format!("it doesn't list {path}, which experiment.toml has"))
+        };
         let mut cells = Vec::new();
         for (cell, in_manifest) in plan.cells().iter().zip(&listed.cells) {
-            let Some(model) = models::index(&paths, &cell.experiment) else {
-                let path = &cell.experiment.model;
-                return damaged(format!("it doesn't list {path}, which experiment.toml has"));
+            let model = listed_at(&models, &cell.experiment.model);
+            let initial = cell.experiment.initial().map(|path| listed_at(&policies, path));
+            let (model, initial) = match (model, initial.transpose()) {
+                (Ok(model), Ok(initial)) => (model, initial),
+                (Err(what), _) | (_, Err(what)) => return damaged(what),
             };
-            let identity = identity(cell, listed.models[model].xxh3.0);
+            let policy = initial.map(|index| &listed.policies[index]);
+            let identity = identity(cell, &listed.models[model], policy);
             let folder = run.cell(in_manifest);
-            cells.push(LabCell { cell: cell.clone(), folder, identity, model });
+            cells.push(LabCell { cell: cell.clone(), folder, identity, model, initial });
         }
         Ok(Self { run, plan, cells })
     }
@@ -219,11 +229,15 @@ fn contradiction(plan: &Plan, manifest: &runs::Manifest) -> Option<String> {
     (here != there).then(|| format!("it lists {here} cells, and experiment.toml has {there}"))
 }
 
-/// Of setting, seed, model and all settings, wherever the run is and however far it goes.
-fn identity(cell: &Cell, model_xxh3: u64) -> u64 {
+/// Of setting, seed, files and all settings, wherever the run is and however far it goes.
+fn identity(cell: &Cell, model: &FileCopy, policy: Option<&FileCopy>) -> u64 {
+    let hash = |copy: &FileCopy| format!("{:016x}", copy.xxh3.0);
     let mut experiment = cell.experiment.clone();
     experiment.description = None;
-    experiment.model = format!("{model_xxh3:016x}");
+    experiment.model = hash(model);
+    if let Some(policy) = policy {
+        experiment.policy.start = Start::File(hash(policy));
+    }
     experiment.learning.updates = 0;
     let text = format!("{}\n{}\n{}", cell.setting, cell.seed, experiment.to_toml());
     xxh3_64(text.as_bytes())
@@ -232,6 +246,7 @@ fn identity(cell: &Cell, model_xxh3: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use runs::Hash;
 
     /// As in the checkpoints of runs that are there: others would be refused.
     #[test]
@@ -240,10 +255,24 @@ mod tests {
         let changes = ["checkpoint.every=6", "learning.updates=12"].map(str::to_owned);
         let plan = Plan::open(&quick, &changes).unwrap();
         let cells = plan.cells();
-        let identity = |cell| format!("{:016x}", identity(cell, 0xfd1a_2299_37d3_bdd4));
+        let svenja = FileCopy { file: "svenja.toml".into(), xxh3: Hash(0xfd1a_2299_37d3_bdd4) };
+        let identity = |cell| format!("{:016x}", identity(cell, &svenja, None));
         assert_eq!(cells[0].folder(), Path::new("xi=0.75/seed=1"));
         assert_eq!(identity(&cells[0]), "0ea4cc31311e4ae5");
         assert_eq!(cells[15].folder(), Path::new("xi=1/seed=8"));
         assert_eq!(identity(&cells[15]), "3f47c3baa87971e0");
+    }
+
+    /// It's the same wherever the file is, and another one with another file.
+    #[test]
+    fn the_policy_that_a_cell_starts_from_is_known_by_its_hash() {
+        let cell = |path: &str| {
+            let text = format!("model = '/m'\npolicy.initial = '{path}'");
+            Plan::written(Path::new("/x.toml"), &text).unwrap().cells()[0].clone()
+        };
+        let copy = |xxh3| FileCopy { file: "x".into(), xxh3: Hash(xxh3) };
+        let of = |path, xxh3| identity(&cell(path), &copy(1), Some(&copy(xxh3)));
+        assert_eq!(of("/a", 2), of("/b", 2));
+        assert_ne!(of("/a", 2), of("/a", 3));
     }
 }

@@ -28,3 +28,4 @@ pub mod session;
 pub mod training;
 
 mod models;
+mod policies;

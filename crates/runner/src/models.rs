@@ -4,19 +4,11 @@ use anyhow::Context;
 use runs::Run;
 use svenja::Morphology;
 
-use crate::experiment::{Experiment, absolute};
-
-/// The folder of the copies, seen from a run's experiment file.
-pub(crate) const FOLDER: &str = "models";
+use crate::experiment::absolute;
 
 /// Where the copies are, in the order of the manifest, as experiments name them.
 pub(crate) fn paths(run: &Run) -> Vec<String> {
     run.manifest().models.iter().map(|model| absolute(&run.model_path(&model.file))).collect()
-}
-
-/// Which of these an experiment names, if any.
-pub(crate) fn index(paths: &[String], experiment: &Experiment) -> Option<usize> {
-    paths.iter().position(|path| *path == experiment.model)
 }
 
 /// The robot of a copy.

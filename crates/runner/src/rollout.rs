@@ -1,7 +1,7 @@
 //! A policy at work without learning and without wind.
 
-use crbm::{ChainRng, Policy};
 use infotheory::Binning;
+use policy::Policy;
 use rand_chacha::{
     ChaCha8Rng,
     rand_core::{Rng, SeedableRng},
@@ -17,8 +17,8 @@ use crate::{
 
 /// What decides about targets.
 pub enum Driver {
-    /// A policy that was learned, with its random numbers.
-    Learned(Box<Policy>, ChainRng),
+    /// A policy that was learned.
+    Learned(Box<dyn Policy>),
     /// Uniform random bits.
     Random(Box<ChaCha8Rng>),
     /// 0 for all.
@@ -30,9 +30,9 @@ pub enum Driver {
 impl Driver {
     /// A policy that was learned.
     #[must_use]
-    pub fn learned(policy: Policy, seed: u64) -> Self {
-        let chains = policy.rng(seed, "rollout");
-        Self::Learned(Box::new(policy), chains)
+    pub fn learned(mut policy: Box<dyn Policy>, seed: u64) -> Self {
+        policy.draw_from(seed, "rollout");
+        Self::Learned(policy)
     }
 
     /// Uniform random bits.
@@ -54,8 +54,8 @@ impl Driver {
     fn decide(&mut self, step: u64, episode: &mut Episode) -> anyhow::Result<()> {
         let mut action = vec![false; episode.n_outputs()];
         match self {
-            Self::Learned(policy, chains) => {
-                policy.act(episode.inputs(), chains, &mut action)?;
+            Self::Learned(policy) => {
+                policy.act(episode.inputs(), &mut action)?;
                 episode.act(&action)
             }
             Self::Random(rng) => {

@@ -55,7 +55,7 @@ pub use cell::{CellFolder, OpenCell, Snapshot};
 pub use checkpoint::{Checkpoint, Expected, Header};
 pub use error::{Difference, Error};
 pub use lock::{Lock, is_locked};
-pub use manifest::{Bullet, Cell, Hash, Manifest, Model, Precision};
+pub use manifest::{Bullet, Cell, FileCopy, Hash, MODELS, Manifest, POLICIES, Precision};
 pub use metrics::{COLUMNS, Row, header_line, read_all, read_last};
 pub use replay::{Layout, Recording, Ring, Step, TENSORS};
 pub use run::{MANIFEST, NewRun, Run};

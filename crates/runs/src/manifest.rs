@@ -1,7 +1,7 @@
 //! `manifest.json`: what a run is made of: programs, models, seeds, cells.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     path::{Component, Path},
 };
 
@@ -11,6 +11,11 @@ use super::{Difference, Error};
 
 /// Version of the run folder's format.
 pub(crate) const FORMAT: u64 = 1;
+
+/// The folder of the copies of models.
+pub const MODELS: &str = "models";
+/// The folder of the copies of policies that cells start from.
+pub const POLICIES: &str = "policies";
 
 /// What a run is made of. Written once, when the run folder appears.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -25,7 +30,10 @@ pub struct Manifest {
     /// Hash of all settings in `experiment.toml` but `learning.updates`.
     pub settings_xxh3: Hash,
     /// The model files, in `models/`.
-    pub models: Vec<Model>,
+    pub models: Vec<FileCopy>,
+    /// The files of policies that cells start from, in `policies/`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub policies: Vec<FileCopy>,
     /// The seeds, in the order of the experiment.
     pub seeds: Vec<u64>,
     /// The cells, in the order of their indices.
@@ -52,11 +60,11 @@ pub enum Precision {
     Double,
 }
 
-/// A model file in `models/`.
+/// A copy of a file that settings name.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Model {
-    /// Its name in that folder.
+pub struct FileCopy {
+    /// Its name in its folder.
     pub file: String,
     /// Of its bytes.
     pub xxh3: Hash,
@@ -137,21 +145,24 @@ impl Manifest {
                 return Err(format!("cells {other} and {i} have the same setting and seed"));
             }
         }
-        for (i, model) in self.models.iter().enumerate() {
-            if !is_a_name(&model.file) {
-                return Err(format!("model {:?} can't be a file's name", model.file));
-            }
-            if self.models[..i].iter().any(|other| other.file == model.file) {
-                return Err(format!("two models are called {:?}", model.file));
-            }
-        }
-        Ok(())
+        check_copies("model", "models", &self.models)?;
+        check_copies("policy", "policies", &self.policies)
+    }
+
+    /// The hashes of all copies, by where they are in the run.
+    fn hashes(&self) -> BTreeMap<String, u64> {
+        let folders = [(MODELS, &self.models), (POLICIES, &self.policies)];
+        let copies = folders.iter().flat_map(|(folder, copies)| {
+            copies.iter().map(move |copy| (format!("{folder}/{}", copy.file), copy.xxh3.0))
+        });
+        copies.collect()
     }
 
     /// In what another run differs, its settings aside. The version of itarl may change: what
     /// can't be read any more has a format version of its own.
     pub(crate) fn differences(&self, here: &Self) -> Vec<Difference> {
         let mut differences = self.bullet.differences(here.bullet);
+        let (of_there, of_here) = (self.hashes(), here.hashes());
         let mut compare = |what: String, there: Option<String>, here: Option<String>| {
             if there != here {
                 let [there, here] =
@@ -159,16 +170,9 @@ impl Manifest {
                 differences.push(Difference { what, there, here });
             }
         };
-        let files = self.models.iter().chain(&here.models).map(|model| &model.file);
-        let mut files: Vec<_> = files.collect();
-        files.sort();
-        files.dedup();
-        for file in files {
-            let hash = |manifest: &Self| {
-                let model = manifest.models.iter().find(|model| &model.file == file);
-                model.map(|model| format!("XXH3 {:016x}", model.xxh3.0))
-            };
-            compare(format!("models/{file}"), hash(self), hash(here));
+        for file in of_there.keys().chain(of_here.keys()).collect::<BTreeSet<_>>() {
+            let hash = |hashes: &BTreeMap<_, u64>| Some(format!("XXH3 {:016x}", hashes.get(file)?));
+            compare(file.clone(), hash(&of_there), hash(&of_here));
         }
         for i in 0..self.cells.len().max(here.cells.len()) {
             let cell = |manifest: &Self| manifest.cells.get(i).map(Cell::folder);
@@ -178,6 +182,20 @@ impl Manifest {
         compare("seeds".into(), seeds(self), seeds(here));
         differences
     }
+}
+
+/// That copies have names of their own, in their folder.
+fn check_copies(one: &str, several: &str, copies: &[FileCopy]) -> Result<(), String> {
+    let mut names = BTreeSet::new();
+    for FileCopy { file, .. } in copies {
+        if !is_a_name(file) {
+            return Err(format!("{one} {file:?} can't be a file's name"));
+        }
+        if !names.insert(file) {
+            return Err(format!("two {several} are called {file:?}"));
+        }
+    }
+    Ok(())
 }
 
 impl Bullet {
@@ -221,7 +239,8 @@ mod tests {
             itarl: "0.1.0".into(),
             bullet: Bullet { version: 325, precision: Precision::Single },
             settings_xxh3: Hash(0x0123_4567_89ab_cdef),
-            models: vec![Model { file: "svenja.toml".into(), xxh3: Hash(1) }],
+            models: vec![FileCopy { file: "svenja.toml".into(), xxh3: Hash(1) }],
+            policies: Vec::new(),
             seeds: vec![1, 2],
             cells: vec![cell(0, "xi=0.75", 1), cell(1, "xi=0.75", 2)],
         }
@@ -268,6 +287,23 @@ mod tests {
         let error = decode(&text().replacen("89ab", "89+b", 1)).unwrap_err().to_string();
         assert!(error.contains("expected 16 hexadecimal digits at line 8"), "{error}");
         assert!(matches!(decode(&text()[..100]), Err(Error::Damaged { .. })));
+    }
+
+    /// Manifests of runs whose cells start from no file are as they were before there were any.
+    #[test]
+    fn policies_are_there_where_cells_start_from_some() {
+        assert!(!text().contains("policies"));
+        let mut with = manifest();
+        let copy = FileCopy { file: "a.safetensors".into(), xxh3: Hash(3) };
+        with.policies = vec![copy.clone()];
+        let bytes = with.encode().unwrap();
+        assert_eq!(Manifest::decode(Path::new("m"), &bytes).unwrap(), with);
+        let found: Vec<_> = manifest().differences(&with).iter().map(ToString::to_string).collect();
+        assert_eq!(found, ["policies/a.safetensors: nothing there, XXH3 0000000000000003 here"]);
+        with.policies.push(copy);
+        assert_eq!(with.check().unwrap_err(), "two policies are called \"a.safetensors\"");
+        with.policies[0].file = "../x".into();
+        assert_eq!(with.check().unwrap_err(), "policy \"../x\" can't be a file's name");
     }
 
     #[test]

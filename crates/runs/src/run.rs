@@ -1,4 +1,4 @@
-//! A run's folder: settings, manifest, models and the cells' folders.
+//! A run's folder: settings, manifest, copies of the files that settings name, the cells' folders.
 //!
 //! It appears by one rename, so it's there as a whole or not at all. Several processes may make the
 //! same one at the same time: the first wins, the others compare and go on with it.
@@ -13,17 +13,16 @@ use std::{
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::{
-    Bullet, Cell, CellFolder, Difference, Error, Hash, Lock, Manifest, Model, atomic,
+    Bullet, Cell, CellFolder, Difference, Error, FileCopy, Hash, Lock, Manifest, atomic,
     atomic::{folder_of, sync_folder},
     error::At,
-    manifest::FORMAT,
+    manifest::{FORMAT, MODELS, POLICIES},
     settings::Settings,
 };
 
 const EXPERIMENT: &str = "experiment.toml";
 /// What every run's folder has: the file that says what it's made of.
 pub const MANIFEST: &str = "manifest.json";
-const MODELS: &str = "models";
 const CELLS: &str = "cells";
 
 /// Characters that tell the temporary folders of one run apart.
@@ -40,6 +39,8 @@ pub struct NewRun {
     pub bullet: Bullet,
     /// Name and bytes of each model file.
     pub models: Vec<(String, Vec<u8>)>,
+    /// Name and bytes of each file of a policy that cells start from.
+    pub policies: Vec<(String, Vec<u8>)>,
     /// The seeds, in the order of the experiment.
     pub seeds: Vec<u64>,
     /// The cells, in the order of their indices.
@@ -190,15 +191,24 @@ impl Run {
     ///
     /// # Errors
     /// [`Error::Damaged`] if it isn't what the run was made with.
-    pub fn model(&self, model: &Model) -> Result<String, Error> {
+    pub fn model(&self, model: &FileCopy) -> Result<String, Error> {
         let path = self.model_path(&model.file);
-        let bytes = atomic::read(&path)?.ok_or_else(|| Error::damaged(&path, "missing"))?;
-        if Hash(xxh3_64(&bytes)) != model.xxh3 {
-            let what = "it isn't what the run was made with (manifest.json has its hash)";
-            return Err(Error::damaged(&path, what));
-        }
-        String::from_utf8(bytes)
+        String::from_utf8(read_copy(&path, model)?)
             .map_err(|error| Error::damaged(&path, error.utf8_error().to_string()))
+    }
+
+    /// The path of the copy of a policy's file.
+    #[must_use]
+    pub fn policy_path(&self, file: &str) -> PathBuf {
+        self.folder.join(POLICIES).join(file)
+    }
+
+    /// The bytes of the copy of a policy's file.
+    ///
+    /// # Errors
+    /// [`Error::Damaged`] if it isn't what the run was made with.
+    pub fn policy(&self, policy: &FileCopy) -> Result<Vec<u8>, Error> {
+        read_copy(&self.policy_path(&policy.file), policy)
     }
 
     /// The folder of a cell, made when the cell is opened first.
@@ -208,18 +218,32 @@ impl Run {
     }
 }
 
+fn read_copy(path: &Path, copy: &FileCopy) -> Result<Vec<u8>, Error> {
+    let bytes = atomic::read(path)?.ok_or_else(|| Error::damaged(path, "missing"))?;
+    if Hash(xxh3_64(&bytes)) != copy.xxh3 {
+        let what = "it isn't what the run was made with (manifest.json has its hash)";
+        return Err(Error::damaged(path, what));
+    }
+    Ok(bytes)
+}
+
 impl NewRun {
     fn manifest(&self, folder: &Path) -> Result<Manifest, Error> {
-        let models = self.models.iter();
+        let copies = |files: &[(String, Vec<u8>)]| {
+            let copy = |(file, bytes): &(String, Vec<u8>)| FileCopy {
+                file: file.clone(),
+                xxh3: Hash(xxh3_64(bytes)),
+            };
+            files.iter().map(copy).collect()
+        };
         let settings = Settings::read(&folder.join(EXPERIMENT), &self.experiment)?;
         let manifest = Manifest {
             format: FORMAT,
             itarl: self.itarl.clone(),
             bullet: self.bullet,
             settings_xxh3: Hash(settings.xxh3()),
-            models: models
-                .map(|(file, bytes)| Model { file: file.clone(), xxh3: Hash(xxh3_64(bytes)) })
-                .collect(),
+            models: copies(&self.models),
+            policies: copies(&self.policies),
             seeds: self.seeds.clone(),
             cells: self.cells.clone(),
         };
@@ -294,12 +318,18 @@ fn fill(
         .permissions(Permissions::from_mode(0o777))
         .tempdir_in(parent)
         .at(parent, "making a temporary folder in it")?;
-    let models = temporary.path().join(MODELS);
-    for folder in [&models, &temporary.path().join(CELLS)] {
-        fs::create_dir(folder).at(folder, "making the folder")?;
-    }
-    for (file, bytes) in &new.models {
-        atomic::write(&models.join(file), bytes)?;
+    let make = |name| {
+        let folder = temporary.path().join(name);
+        fs::create_dir(&folder).at(&folder, "making the folder").map(|()| folder)
+    };
+    make(CELLS)?;
+    let fill = |name, files: &[(String, Vec<u8>)]| {
+        let folder = make(name)?;
+        files.iter().try_for_each(|(file, bytes)| atomic::write(&folder.join(file), bytes))
+    };
+    fill(MODELS, &new.models)?;
+    if !new.policies.is_empty() {
+        fill(POLICIES, &new.policies)?;
     }
     atomic::write(&temporary.path().join(EXPERIMENT), new.experiment.as_bytes())?;
     atomic::write(&temporary.path().join(MANIFEST), &manifest.encode()?)?;
@@ -333,6 +363,7 @@ mod tests {
             itarl: "0.1.0".into(),
             bullet: SINGLE,
             models: vec![("svenja.toml".into(), b"name = 'svenja'\n".to_vec())],
+            policies: Vec::new(),
             seeds: vec![1, 2],
             cells: vec![cell(0, 1), cell(1, 2)],
         }

@@ -16,6 +16,7 @@ use super::{Outcome, say};
 use crate::{
     cli::Bench,
     experiment::{Experiment, Plan},
+    policies,
     session::{Session, Solver, control_step},
 };
 
@@ -34,13 +35,14 @@ pub(super) fn bench(arguments: &Bench) -> anyhow::Result<Outcome> {
             (experiment, Morphology::parse("models/svenja.toml", SVENJA)?)
         }
     };
+    let initial = experiment.initial().map(policies::open).transpose()?;
     let length = Duration::try_from_secs_f64(arguments.seconds)
         .context("--seconds must be a length of time, as in --seconds 10")?;
     let lockstep = Solver::lockstep()?;
     let lanes = arguments.lanes.map_or(lockstep.lanes(), usize::from);
     let sessions = |n| {
         (1..=n as u64)
-            .map(|seed| Session::build(&experiment, &morphology, seed))
+            .map(|seed| Session::build(&experiment, &morphology, initial.as_deref(), seed))
             .collect::<Result<Vec<_>, _>>()
     };
     let mut in_lanes = Crew::begin(lockstep, sessions(lanes)?)?;

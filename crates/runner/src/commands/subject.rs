@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use config::Document;
-use crbm::{Layout, Policy, Sampling};
+use policy::Policy;
 use runs::atomic;
 use svenja::Morphology;
 
@@ -13,6 +13,7 @@ use crate::{
     experiment::Experiment,
     gait::Gait,
     rollout::Driver,
+    session::build_policy,
     training::this_bullet,
 };
 
@@ -40,7 +41,7 @@ impl Subject {
                     );
                 };
                 catalogue.check(cell)?;
-                Ok(Driver::learned(read_policy(&cell.folder.policy(), &self.experiment)?, seed))
+                Ok(Driver::learned(self.learned(&cell.folder.policy())?, seed))
             }
             "random" => Ok(Driver::random(seed)),
             "neutral" => Ok(Driver::Neutral),
@@ -54,6 +55,17 @@ impl Subject {
                 )
             }
         }
+    }
+
+    /// The policy whose parameters a cell has exported.
+    fn learned(&self, path: &Path) -> anyhow::Result<Box<dyn Policy>> {
+        let name = || path.display().to_string();
+        let bytes = atomic::read(path)?
+            .with_context(|| format!("{}: there's none before the first checkpoint", name()))?;
+        let mut policy = build_policy(&self.experiment, &self.morphology, 0)?;
+        let parameters = policy.read_safetensors(&bytes).with_context(name)?;
+        policy.set_parameters(&parameters).with_context(name)?;
+        Ok(policy)
     }
 }
 
@@ -73,16 +85,4 @@ fn model(path: &Path) -> anyhow::Result<Subject> {
     let text = format!("model = {}", toml::Value::String(path.display().to_string()));
     let experiment = Document::parse("defaults", &text)?.read(Experiment::read)?;
     Ok(Subject { experiment, morphology, cell: None })
-}
-
-fn read_policy(path: &Path, experiment: &Experiment) -> anyhow::Result<Policy> {
-    let name = || path.display().to_string();
-    let bytes = atomic::read(path)?
-        .with_context(|| format!("{}: there's none before the first checkpoint", name()))?;
-    let (layout, parameters) = Layout::from_safetensors(&bytes).with_context(name)?;
-    let sampling = Sampling {
-        gibbs_updates: experiment.policy.gibbs_updates,
-        samples: experiment.policy.samples,
-    };
-    Policy::new(layout, sampling, &parameters).with_context(name)
 }

@@ -13,13 +13,13 @@ use super::{Outcome, open, say};
 use crate::{
     cli::{Cell, Resume, Train, Work},
     progress::{self, tell},
-    training::{Ending, How, Lab, LabCell, Limits, Stop, check_models, train_all},
+    training::{Ending, How, Lab, LabCell, Limits, Stop, check_files, train_all},
 };
 
 pub(super) fn train(arguments: &Train) -> anyhow::Result<Outcome> {
     let plan = open(&arguments.experiment)?;
     if arguments.list {
-        check_models(&plan)?;
+        check_files(&plan)?;
         for (index, setting, seed) in plan.listing() {
             say(format_args!("{index}\t{setting}/seed={seed}"))?;
         }

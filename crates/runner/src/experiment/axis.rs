@@ -1,11 +1,10 @@
 //! A swept key: its values, the keys that each of them sets, and what folders call it.
 
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    path::Path,
-};
+use std::collections::{BTreeMap, BTreeSet};
 
 use config::{Key, Node, Place, Problem, Value};
+
+use super::files::{INITIAL, MODEL, below, policy_names, stem};
 
 /// The key of a swept table that names it, and sets nothing.
 const LABEL: &str = "label";
@@ -25,13 +24,16 @@ pub(super) struct Axis {
     pub(super) paths: BTreeSet<String>,
 }
 
+/// Keys that are set, none of them a table, each with its value.
+type Leaves = Vec<(String, Node)>;
+
 /// One of the values of a swept key.
 pub(super) struct Point {
     pub(super) node: Node,
     /// What folders call it.
     pub(super) name: String,
-    /// The keys that it sets, none of them a table.
-    pub(super) leaves: Vec<(String, Node)>,
+    /// The keys that it sets.
+    pub(super) leaves: Leaves,
 }
 
 impl Axis {
@@ -42,9 +44,14 @@ impl Axis {
         items: &[Node],
         problems: &mut Vec<Problem>,
     ) -> Self {
-        let points: Vec<_> = items.iter().map(|item| Point::of(key, item)).collect();
-        let leaves = points.iter().flat_map(|point| &point.leaves);
-        let paths = leaves.map(|(path, _)| path.clone()).collect();
+        let leaves: Vec<_> = items.iter().map(|item| leaves(key, item)).collect();
+        let policies = policy_names(leaves.iter().flatten().filter_map(initial));
+        let names: Vec<_> = items.iter().map(|item| name(key, item, &policies)).collect();
+        let paths = leaves.iter().flatten().map(|(path, _)| path.clone()).collect();
+        let parts = items.iter().zip(names).zip(leaves);
+        let point =
+            |((node, name), leaves): ((&Node, _), _)| Point { node: node.clone(), name, leaves };
+        let points = parts.map(point).collect();
         let axis = Self { key: key.into(), place: place.clone(), name: key.into(), points, paths };
         axis.check(problems);
         axis
@@ -93,31 +100,19 @@ impl Axis {
     }
 }
 
-impl Point {
-    fn of(key: &str, node: &Node) -> Self {
-        let mut leaves = Vec::new();
-        let name = match &node.value {
-            Value::Table(entries) => {
-                for (inner, node) in entries.iter().filter(|(inner, _)| inner.name != LABEL) {
-                    collect_leaves(&format!("{key}.{}", inner.name), node, &mut leaves);
-                }
-                match label(&node.value).map(|label| &label.value) {
-                    Some(Value::Text(label)) => label.clone(),
-                    _ => name_of(&node.value),
-                }
-            }
-            value => {
-                leaves.push((key.into(), node.clone()));
-                match value {
-                    Value::Text(path) if key == "model" => {
-                        let stem = Path::new(path).file_stem().unwrap_or_default();
-                        safe(&stem.to_string_lossy())
-                    }
-                    value => name_of(value),
-                }
-            }
-        };
-        Self { node: node.clone(), name, leaves }
+/// What folders call a value.
+fn name(key: &str, node: &Node, policies: &BTreeMap<&str, String>) -> String {
+    match label(&node.value).map(|label| &label.value) {
+        Some(Value::Text(label)) => label.clone(),
+        _ => name_of(key, &node.value, policies),
+    }
+}
+
+/// The path of a policy's file.
+fn initial((key, node): &(String, Node)) -> Option<&str> {
+    match &node.value {
+        Value::Text(path) if key == INITIAL => Some(path),
+        _ => None,
     }
 }
 
@@ -132,11 +127,22 @@ fn is_label(value: &Value) -> bool {
     (1..=LONGEST_LABEL).contains(&text.len()) && safe(text) == *text
 }
 
-fn collect_leaves(path: &str, node: &Node, leaves: &mut Vec<(String, Node)>) {
+/// What a value sets.
+fn leaves(key: &str, node: &Node) -> Leaves {
+    let mut leaves = Vec::new();
+    collect_leaves(key, node, &mut leaves);
+    if let Value::Table(_) = node.value {
+        let label = below(key, LABEL);
+        leaves.retain(|(path, _)| *path != label && !path.starts_with(&format!("{label}.")));
+    }
+    leaves
+}
+
+fn collect_leaves(path: &str, node: &Node, leaves: &mut Leaves) {
     match &node.value {
         Value::Table(entries) => {
             for (key, node) in entries {
-                collect_leaves(&format!("{path}.{}", key.name), node, leaves);
+                collect_leaves(&below(path, &key.name), node, leaves);
             }
         }
         _ => leaves.push((path.into(), node.clone())),
@@ -164,18 +170,24 @@ pub(super) fn touched<'a, T>(known: &'a BTreeMap<String, T>, key: &str) -> Optio
     })
 }
 
-/// A value as a part of a folder's name.
-fn name_of(value: &Value) -> String {
+/// A value at a key as a part of a folder's name; policies' files are called as these names say.
+fn name_of(key: &str, value: &Value, policies: &BTreeMap<&str, String>) -> String {
     match value {
         Value::Number(number) if number.fract() == 0.0 && number.abs() < 1e15 => number.to_string(),
         Value::List(items) => {
-            let items: Vec<_> = items.iter().map(|item| name_of(&item.value)).collect();
-            items.join("-")
+            let items = items.iter().map(|item| name_of(key, &item.value, policies));
+            items.collect::<Vec<_>>().join("-")
         }
         Value::Table(entries) => {
-            let entry =
-                |(key, node): &(Key, Node)| format!("{}-{}", safe(&key.name), name_of(&node.value));
+            let entry = |(inner, node): &(Key, Node)| {
+                let value = name_of(&below(key, &inner.name), &node.value, policies);
+                format!("{}-{value}", safe(&inner.name))
+            };
             entries.iter().map(entry).collect::<Vec<_>>().join("-")
+        }
+        Value::Text(path) if key == MODEL => safe(&stem(path)),
+        Value::Text(path) if key == INITIAL => {
+            policies.get(path.as_str()).cloned().unwrap_or_default()
         }
         Value::Text(text) => safe(text),
         other => safe(&other.to_string()),

@@ -9,27 +9,28 @@
 mod axis;
 mod codec;
 mod control;
+mod files;
 mod learning;
 mod leaves;
 mod perturbation;
 mod physics;
 mod plan;
-mod policy;
 mod record;
 mod sweep;
 mod twice;
 
 pub use codec::CodecSettings;
 pub use control::ControlSettings;
+pub use files::{absolute, policy_names};
 pub use learning::LearningSettings;
 pub use perturbation::PerturbationSettings;
 pub use physics::PhysicsSettings;
-pub use plan::{Cell, Plan, absolute};
-pub use policy::{Connectivity, PolicySettings};
+pub use plan::{Cell, Plan};
 pub use record::{CheckpointSettings, RecordSettings};
 pub use sweep::MOST_CELLS;
 
 use config::{Section, text};
+use policy::{PolicySettings, Start};
 use reward::RewardSettings;
 use serde::Serialize;
 
@@ -47,7 +48,7 @@ pub struct Experiment {
     pub control: ControlSettings,
     /// Readings to bits, bits to targets.
     pub codec: CodecSettings,
-    /// The machine that acts.
+    /// What acts.
     pub policy: PolicySettings,
     /// What it learns for.
     pub reward: RewardSettings,
@@ -93,6 +94,26 @@ impl Experiment {
             record: record?,
             checkpoint: checkpoint?,
         })
+    }
+
+    /// Path of the file that the policy's parameters are from at the beginning, if they are from one;
+    /// absolute in a [`Plan`].
+    #[must_use]
+    pub fn initial(&self) -> Option<&str> {
+        match &self.policy.start {
+            Start::File(path) => Some(path),
+            Start::Random(_) => None,
+        }
+    }
+
+    /// With other paths in place of those of its files, or with what else tells these apart.
+    #[must_use]
+    pub fn with_files(mut self, other: impl Fn(&str) -> String) -> Self {
+        self.model = other(&self.model);
+        if let Start::File(path) = &mut self.policy.start {
+            *path = other(path);
+        }
+        self
     }
 
     /// Physics steps in a control step.

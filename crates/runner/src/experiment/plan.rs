@@ -8,7 +8,7 @@ use std::{
 use config::{Document, MOST_PROBLEMS, Node, Place, Problem, Problems, Value};
 use toml::Table;
 
-use super::{Experiment, axis::Point, leaves, sweep::Sweep, twice::twice};
+use super::{Experiment, axis::Point, files, leaves, sweep::Sweep, twice::twice};
 
 /// All that an experiment file says.
 ///
@@ -52,8 +52,7 @@ impl Cell {
 impl Plan {
     /// Reads a file, with overrides from the command line, each as in `learning.rate=0.3`.
     ///
-    /// Models are paths from the file's folder, in overrides from the current one; a plan has them
-    /// absolute.
+    /// Paths are from the file's folder, in overrides from the current one; a plan has them absolute.
     ///
     /// # Errors
     /// All that is wrong with the file and the overrides, each with its place.
@@ -96,14 +95,17 @@ impl Plan {
         mut problems: Vec<Problem>,
     ) -> Result<(Sweep, Self), Problems> {
         let folder = path.parent().unwrap_or(path);
-        if let Some(mut model) = document.take("model") {
-            make_absolute(&mut model, folder);
-            document.replace("model", &model.place.clone(), model)?;
+        for key in files::KEYS {
+            // A list isn't a path, and is refused as it is.
+            let found = document.get(key).filter(|node| matches!(node.value, Value::Text(_)));
+            if let Some(mut path) = found.cloned() {
+                files::make_absolute(key, &mut path, folder);
+                document.replace(key, &path.place.clone(), path)?;
+            }
         }
         let mut swept = document.take("sweep");
-        if let Some(Value::Table(entries)) = swept.as_mut().map(|node| &mut node.value) {
-            let models = entries.iter_mut().filter(|(key, _)| key.name == "model");
-            models.for_each(|(_, models)| make_all_absolute(models, folder));
+        if let Some(swept) = &mut swept {
+            files::make_absolute("", swept, folder);
         }
         let sweep = Sweep::read(swept.as_ref(), &mut problems);
         sweep.check_against(&document, &mut problems);
@@ -184,13 +186,10 @@ impl Plan {
         self.to_toml_with(str::to_owned)
     }
 
-    /// The complete file, with other paths for the models.
+    /// The complete file, with other paths for its files.
     #[must_use]
-    pub fn to_toml_with(&self, model: impl Fn(&str) -> String) -> String {
-        let renamed = |key: &str, value: toml::Value| match value {
-            toml::Value::String(path) if key == "model" => model(&path).into(),
-            value => value,
-        };
+    pub fn to_toml_with(&self, other: impl Fn(&str) -> String) -> String {
+        let renamed = |key: &str, value| files::with_paths(key, value, &other);
         let mut file = Table::new();
         for (key, value) in self.shared() {
             let value = renamed(&key, value);
@@ -244,30 +243,6 @@ fn swept_keys((key, values): &(String, Vec<toml::Value>)) -> Vec<String> {
         _ => vec![key.clone()],
     });
     keys.collect()
-}
-
-fn make_all_absolute(models: &mut Node, folder: &Path) {
-    if let Value::List(models) = &mut models.value {
-        models.iter_mut().for_each(|model| make_absolute(model, folder));
-    }
-}
-
-/// A path relative to `folder`, or to the current one if it's from the command line.
-fn make_absolute(node: &mut Node, folder: &Path) {
-    let Value::Text(text) = &mut node.value else { return };
-    if text.trim().is_empty() {
-        return;
-    }
-    let folder = if node.place.line == 0 { Path::new("") } else { folder };
-    *text = absolute(&folder.join(&text));
-}
-
-/// A path as experiments have those of their models: absolute, and the file's own where it is there
-/// and the path leads to it by links. If it isn't, whoever opens it will say so.
-#[must_use]
-pub fn absolute(path: &Path) -> String {
-    let found = path.canonicalize().or_else(|_| std::path::absolute(path));
-    found.as_deref().unwrap_or(path).to_string_lossy().into_owned()
 }
 
 fn toml_value(value: &Value) -> toml::Value {

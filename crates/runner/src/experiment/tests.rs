@@ -4,6 +4,7 @@
 use std::{fs, path::Path};
 
 use config::Document;
+use policy::KindSettings;
 use proptest::prelude::*;
 
 use super::{Experiment, Plan, leaves};
@@ -350,6 +351,33 @@ fn kinds_can_be_swept() {
     assert_eq!(penalties, [0.0001, 0.0001, 0.001, 0.001]);
 }
 
+/// Keys that one kind of policy has go with it, in the file and in the complete one.
+#[test]
+fn policies_can_be_swept() {
+    let kinds = KindSettings::all();
+    let kinds: Vec<_> = kinds.iter().map(KindSettings::name).collect();
+    let by_kind = plan(&format!("model = '/m'\n[sweep]\n'policy.kind' = {kinds:?}"));
+    assert_eq!(by_kind.cells()[0].experiment, experiment("model = '/m'"));
+    assert_eq!(self::plan(&by_kind.to_toml()), by_kind, "{}", by_kind.to_toml());
+
+    let tables = plan(
+        "model = '/m'\npolicy.memory = 1\n[sweep]\npolicy = [{ label = 'paper' }, \
+         { connectivity = 'per_group', inputs = 'neighbours' }, \
+         { kind = 'modular', hidden_units = 3 }, { kind = 'logistic' }, { initial = '/a/b.x' }]",
+    );
+    let names: Vec<_> = tables.listing().map(|(_, setting, _)| setting).collect();
+    let expected = [
+        "policy=paper",
+        "policy=connectivity-per_group-inputs-neighbours",
+        "policy=kind-modular-hidden_units-3",
+        "policy=kind-logistic",
+        "policy=initial-b",
+    ];
+    assert_eq!(names, expected);
+    assert_eq!(self::plan(&tables.to_toml()), tables, "{}", tables.to_toml());
+    assert!(!tables.to_toml().contains("initial_scale"), "{}", tables.to_toml());
+}
+
 /// All that is trained by the files here, through the files that they are written to.
 #[test]
 fn every_experiment_is_written_as_it_is() {
@@ -471,6 +499,45 @@ fn models_are_found_from_the_file_or_from_where_the_command_is_given() {
     assert_eq!(Path::new(&model(&["model='other.toml'".into()])), here.join("other.toml"));
 }
 
+/// However the key is written, in a sweep or not.
+#[test]
+fn policies_to_start_from_are_found_likewise() {
+    let initial = |text: &str, overrides: &[&str]| {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, place) = (folder.path().join("x.toml"), folder.path().canonicalize().unwrap());
+        fs::write(&file, format!("model = 'm'\n{text}")).unwrap();
+        let overrides: Vec<_> = overrides.iter().map(|text| (*text).to_owned()).collect();
+        let plan = Plan::open(&file, &overrides).unwrap();
+        let path = plan.cells().last().unwrap().experiment.initial().unwrap();
+        path.replace(place.to_str().unwrap(), "HERE")
+    };
+    for text in [
+        "policy.initial = 'a/b'",
+        "[policy]\ninitial = './a/b'",
+        "[sweep]\n'policy.initial' = ['c', 'a/b']",
+        "[sweep.policy]\ninitial = ['c', 'a/b']",
+        "[sweep]\npolicy = [{ label = 'none' }, { initial = 'a/b' }]",
+    ] {
+        assert_eq!(initial(text, &[]), "HERE/a/b", "{text}");
+    }
+    let here = std::env::current_dir().unwrap().join("a/b");
+    for set in ["policy.initial='a/b'", "policy={ initial = 'a/b' }"] {
+        assert_eq!(Path::new(&initial("policy.initial = 'c'", &[set])), here, "{set}");
+    }
+    let set = "sweep.policy=[{ label = 'none' }, { initial = 'a/b' }]";
+    assert_eq!(Path::new(&initial("", &[set])), here);
+}
+
+/// Two cells of two runs export files of the same name.
+#[test]
+fn cells_are_named_by_the_cells_that_they_start_from() {
+    let export = |run: &str| format!("'/{run}/cells/xi=1/seed=2/policy.safetensors'");
+    let paths = format!("{}, {}, '/x/good.safetensors'", export("a"), export("b"));
+    let plan = plan(&format!("model = '/m'\n[sweep]\n'policy.initial' = [{paths}]"));
+    let names: Vec<_> = plan.listing().map(|(_, setting, _)| setting).collect();
+    assert_eq!(names, ["initial=xi-1-seed-2", "initial=xi-1-seed-2-2", "initial=good"]);
+}
+
 #[test]
 fn overrides_are_checked_like_the_file() {
     let found = open("model = '/m'", &["learning.rate=0.3", "sweep.seeds = 7"]).unwrap();
@@ -496,6 +563,21 @@ fn a_sweep_of_the_largest_size_is_read_and_no_larger_one() {
     assert_eq!(open(&text(11), &[]).unwrap_err(), expected);
 }
 
+/// With what it is and with its tensors.
+#[test]
+fn every_kind_of_policy_stands_in_the_documentation() {
+    let page = |name: &str| {
+        let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs");
+        fs::read_to_string(docs.join(name)).unwrap()
+    };
+    let (settings, folders) = (page("experiment-files.md"), page("run-folders.md"));
+    let row = settings.lines().find(|line| line.starts_with("| `policy.kind` |")).unwrap();
+    for kind in KindSettings::all() {
+        assert!(row.contains(&format!("`\"{}\"`: ", kind.name())), "{row}");
+        assert!(folders.contains(&format!("\n| `{}` | `", kind.name())), "{}", kind.name());
+    }
+}
+
 #[test]
 fn every_key_stands_in_the_documentation() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/experiment-files.md");
@@ -505,8 +587,12 @@ fn every_key_stands_in_the_documentation() {
         "reward = { mix.kind = 'linear', extrinsic.kind = 'turning' }\nlearning.optimiser = 'adam'",
         "reward = { mix.xi = 1, intrinsic.kind = 'none' }\nlearning.optimiser = 'rprop'",
         "description = 'x'\nreward.mix.schedule = [[0, 1]]",
+        "policy = { connectivity = 'per_group', inputs = 'own_group' }",
+        "policy.initial = 'x'",
     ];
-    for text in texts {
+    let kinds = KindSettings::all();
+    let kinds = kinds.iter().map(|kind| format!("policy.kind = '{}'", kind.name()));
+    for text in texts.map(str::to_owned).into_iter().chain(kinds) {
         let experiment = experiment(&format!("model = 'm'\n{text}"));
         for (key, _) in leaves::leaves(&leaves::table(&experiment)) {
             assert!(page.contains(&format!("| `{key}` |")), "docs/experiment-files.md lacks {key}");

@@ -223,7 +223,7 @@ fn codec_shape(experiment: &Experiment, morphology: &Morphology) -> CodecShape {
 }
 
 /// What the reward is told of the model.
-fn sensor_layout(experiment: &Experiment, morphology: &Morphology) -> SensorLayout {
+pub(super) fn sensor_layout(experiment: &Experiment, morphology: &Morphology) -> SensorLayout {
     let group = |group: &svenja::Group| {
         let position =
             |(i, id): (usize, &svenja::AxisId)| group.joints.contains(&id.joint).then_some(i);

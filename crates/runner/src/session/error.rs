@@ -3,13 +3,16 @@
 /// What went wrong in a cell.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// Settings that don't fit the model.
-    #[error("{key}: {message}")]
-    Misfit {
-        /// The setting.
-        key: &'static str,
-        /// What doesn't fit.
-        message: String,
+    /// Settings of a policy that don't fit the model.
+    #[error(transparent)]
+    Policy(#[from] policy::Error),
+    /// A file with the parameters at the beginning that aren't those of such a policy.
+    #[error("policy.initial: {path}: {cause}")]
+    Initial {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        cause: policy::Error,
     },
     /// A cell that blew up: it can't go on.
     #[error("{when}: {message}")]

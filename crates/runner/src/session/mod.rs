@@ -7,16 +7,16 @@ mod body;
 mod codec;
 mod episode;
 mod error;
-mod machine;
 mod solver;
 mod state;
+mod structure;
 mod tally;
 mod wind;
 
 use std::time::{Duration, Instant};
 
-use crbm::{ChainRng, Policy, Sampling};
 use gpomdp::{Estimator, EstimatorSettings, Optimiser};
+use policy::Policy;
 use svenja::Morphology;
 
 pub use body::{Body, Whereabouts};
@@ -24,6 +24,7 @@ pub use codec::{Codec, CodecShape};
 pub use episode::{Episode, Transition, hold, recorded_layout};
 pub use error::Error;
 pub use solver::Solver;
+pub use structure::build_policy;
 pub use wind::Wind;
 
 use runs::{Recording, Ring, Row};
@@ -35,10 +36,7 @@ use tally::Tally;
 pub struct Session {
     steps_per_update: u64,
     episode: Episode,
-    policy: Policy,
-    /// theta, `[n_parameters]`.
-    parameters: Vec<f64>,
-    chains: ChainRng,
+    policy: Box<dyn Policy>,
     wind: Wind,
     estimator: Estimator,
     optimiser: Box<dyn Optimiser>,
@@ -60,33 +58,32 @@ struct Buffers {
     action: Vec<bool>,
     /// `[n_parameters]`
     score: Vec<f64>,
+    /// theta on its way through the optimiser, `[n_parameters]`.
+    parameters: Vec<f64>,
 }
 
 impl Session {
-    /// A cell that hasn't moved yet.
+    /// A cell that hasn't moved yet. `initial` has the bytes of [the file](Experiment::initial) that
+    /// its policy starts from, if it starts from one.
     ///
     /// # Errors
-    /// Settings that don't fit the model.
+    /// Settings that don't fit the model; parameters to start from that are another policy's.
     pub fn build(
         experiment: &Experiment,
         morphology: &Morphology,
+        initial: Option<&[u8]>,
         seed: u64,
     ) -> Result<Self, Error> {
         let build = |error: &dyn std::fmt::Display| Error::Build(error.to_string());
         let episode = Episode::new(experiment, morphology).map_err(|error| build(&error))?;
-        let layout = machine::layout(experiment, morphology, episode.inputs().len())?;
-        let parameters = layout
-            .random_parameters(experiment.policy.initial_scale, seed, "start")
-            .map_err(|error| build(&error))?;
-        let sampling = Sampling {
-            gibbs_updates: experiment.policy.gibbs_updates,
-            samples: experiment.policy.samples,
-        };
-        let policy = Policy::new(layout, sampling, &parameters).map_err(|error| build(&error))?;
+        let mut policy = build_policy(experiment, morphology, seed)?;
+        if let Some(path) = experiment.initial() {
+            structure::start_from(&mut *policy, path, initial.unwrap_or_default())?;
+        }
         let learning = &experiment.learning;
         let estimator =
             EstimatorSettings { discount: learning.discount, baseline_factor: learning.baseline };
-        let n = parameters.len();
+        let n = policy.parameters().len();
         let ring_layout = recorded_layout(experiment, morphology);
         let wind = &experiment.perturbation;
         Ok(Self {
@@ -96,19 +93,18 @@ impl Session {
             optimiser: learning.optimiser.build(n).map_err(|error| build(&error))?,
             ring: Ring::new(ring_layout, experiment.record.steps as usize)
                 .map_err(|e| build(&e))?,
-            chains: policy.rng(seed, "policy"),
             tally: Tally::default(),
             steps: 0,
             updates: 0,
             policy_time: Duration::ZERO,
             buffers: Buffers {
-                output: vec![false; policy.layout().n_outputs()],
-                action: vec![false; policy.layout().n_outputs()],
+                output: vec![false; policy.n_outputs()],
+                action: vec![false; policy.n_outputs()],
                 score: vec![0.0; n],
+                parameters: vec![0.0; n],
             },
             episode,
             policy,
-            parameters,
         })
     }
 
@@ -129,9 +125,9 @@ impl Session {
         if self.is_between_updates() {
             self.tally = Tally::begin(self.episode.whereabouts());
         }
-        let Buffers { output, action, score } = &mut self.buffers;
+        let Buffers { output, action, score, .. } = &mut self.buffers;
         let start = Instant::now();
-        self.policy.act_and_score(self.episode.inputs(), &mut self.chains, output, score)?;
+        self.policy.act_and_score(self.episode.inputs(), output, score)?;
         self.policy_time += start.elapsed();
         action.copy_from_slice(output);
         self.wind.perturb(self.steps, action);
@@ -164,8 +160,10 @@ impl Session {
     /// The one place where parameters change.
     fn change_parameters(&mut self) -> anyhow::Result<()> {
         self.tally.gradient_norm = norm(self.estimator.gradient());
-        self.optimiser.update(&mut self.parameters, self.estimator.gradient())?;
-        self.policy.set_parameters(&self.parameters)?;
+        let parameters = &mut self.buffers.parameters;
+        parameters.copy_from_slice(self.policy.parameters());
+        self.optimiser.update(parameters, self.estimator.gradient())?;
+        self.policy.set_parameters(parameters)?;
         self.estimator.restart();
         self.updates += 1;
         Ok(())
@@ -175,7 +173,7 @@ impl Session {
         Row {
             update: self.updates,
             control_steps: self.steps,
-            parameter_norm: norm(&self.parameters),
+            parameter_norm: norm(self.policy.parameters()),
             ..self.tally.row(self.episode.whereabouts(), self.steps_per_update)
         }
     }
@@ -242,8 +240,7 @@ impl Session {
     /// # Errors
     /// Parameters that blew up.
     pub fn policy_file(&self) -> Result<Vec<u8>, Error> {
-        let bytes = self.policy.layout().to_safetensors(&self.parameters);
-        bytes.map_err(|error| self.blew_up(error))
+        self.policy.to_safetensors().map_err(|error| self.blew_up(error))
     }
 
     /// The last control steps.

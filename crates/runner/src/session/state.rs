@@ -2,7 +2,6 @@
 
 use std::{collections::BTreeMap, path::Path};
 
-use crbm::ChainRng;
 use runs::{Checkpoint, Header, Recording};
 use serde::{Serialize, de::DeserializeOwned};
 
@@ -11,6 +10,7 @@ use super::{Error, Session};
 const WORLD: &str = "world";
 const INPUTS: &str = "inputs";
 const PARAMETERS: &str = "parameters";
+/// The policy's random numbers.
 const CHAINS: &str = "chains";
 const REWARD: &str = "reward";
 const ESTIMATOR: &str = "estimator";
@@ -30,8 +30,8 @@ impl Session {
         let mut sections = vec![
             (WORLD, world),
             (INPUTS, self.bytes(&self.episode.inputs())?),
-            (PARAMETERS, self.bytes(&self.parameters)?),
-            (CHAINS, self.bytes(&self.chains.words())?),
+            (PARAMETERS, self.bytes(&self.policy.parameters())?),
+            (CHAINS, self.bytes(&self.policy.random_state())?),
             (REWARD, self.bytes(&self.episode.reward.save())?),
             (ESTIMATOR, self.bytes(&self.estimator.state())?),
             (OPTIMISER, self.bytes(&self.optimiser.state())?),
@@ -77,16 +77,10 @@ impl Session {
     }
 
     fn restore_learner(&mut self, checkpoint: &Checkpoint) -> Result<(), Error> {
-        self.parameters = read(checkpoint, PARAMETERS)?;
-        let set = self.policy.set_parameters(&self.parameters);
-        set.map_err(|error| misfit(PARAMETERS, error))?;
-
+        let parameters: Vec<f64> = read(checkpoint, PARAMETERS)?;
+        self.policy.set_parameters(&parameters).map_err(|error| misfit(PARAMETERS, error))?;
         let words: Vec<u32> = read(checkpoint, CHAINS)?;
-        let chains = ChainRng::from_words(&words).map_err(|error| misfit(CHAINS, error))?;
-        if chains.n_chains() != self.chains.n_chains() {
-            return Err(misfit(CHAINS, "another number of chains"));
-        }
-        self.chains = chains;
+        self.policy.set_random_state(&words).map_err(|error| misfit(CHAINS, error))?;
 
         let state: Vec<f64> = read(checkpoint, ESTIMATOR)?;
         self.estimator.restore(&state).map_err(|error| misfit(ESTIMATOR, error))?;

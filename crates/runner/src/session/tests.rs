@@ -4,6 +4,7 @@ use std::{collections::BTreeMap, path::Path};
 
 use config::Document;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use policy::Start;
 use proptest::prelude::*;
 use reward::Terms;
 use runs::{Checkpoint, Extent, Header};
@@ -35,7 +36,7 @@ fn crawler() -> (Experiment, Morphology) {
 
 fn session() -> (Session, Morphology) {
     let (experiment, morphology) = crawler();
-    let mut session = Session::build(&experiment, &morphology, 4).unwrap();
+    let mut session = Session::build(&experiment, &morphology, None, 4).unwrap();
     while session.is_settling() {
         advance(&mut session);
     }
@@ -59,10 +60,10 @@ fn update(session: &mut Session) -> Row {
 #[test]
 fn scores_and_rewards_move_the_parameters_as_the_paper_says() {
     let (mut session, _) = session();
-    let n = session.parameters.len();
+    let n = session.policy.parameters().len();
     let mut change = vec![0.0; n];
     for _ in 0..3 {
-        let before = session.parameters.clone();
+        let before = session.policy.parameters().to_vec();
         let (mut z, mut delta) = (vec![0.0; n], vec![0.0; n]);
         for k in 1..=T {
             advance(&mut session);
@@ -76,7 +77,7 @@ fn scores_and_rewards_move_the_parameters_as_the_paper_says() {
         session.learn().unwrap();
         for i in 0..n {
             change[i] = 2.0 * (delta[i] - 0.01 * before[i]) + 0.5 * change[i];
-            let error = session.parameters[i] - (before[i] + change[i]);
+            let error = session.policy.parameters()[i] - (before[i] + change[i]);
             assert!(error.abs() < 1e-12, "parameter {i}: {error}");
         }
         assert!(change.iter().any(|d| d.abs() > 1e-6), "nothing is learned");
@@ -87,13 +88,15 @@ fn scores_and_rewards_move_the_parameters_as_the_paper_says() {
 #[test]
 fn the_wind_changes_what_is_done_and_not_what_is_learned() {
     let (mut session, _) = session();
+    let (experiment, morphology) = crawler();
+    let mut policy = build_policy(&experiment, &morphology, 4).unwrap();
     let mut n_flipped = 0;
     for step in 0..2 * T as u64 {
-        let (inputs, mut policy) =
-            (session.episode.codec.inputs().to_vec(), session.policy.clone());
-        let mut chains = session.chains.clone();
+        let inputs = session.episode.codec.inputs().to_vec();
+        policy.set_parameters(session.policy.parameters()).unwrap();
+        policy.set_random_state(&session.policy.random_state()).unwrap();
         advance(&mut session);
-        let Buffers { output, action, score } = &session.buffers;
+        let Buffers { output, action, score, .. } = &session.buffers;
 
         let blows = step >= 50 && step % 50 < 7;
         n_flipped += usize::from(blows);
@@ -103,9 +106,9 @@ fn the_wind_changes_what_is_done_and_not_what_is_learned() {
         let executed: Vec<_> = action.iter().map(|&bit| if bit { 0.5 } else { -0.5 }).collect();
         assert_eq!(session.episode.targets(), executed);
 
-        let mut own_score = vec![0.0; score.len()];
-        policy.score(&inputs, output, &mut chains, &mut own_score).unwrap();
-        assert_eq!(*score, own_score, "step {step}");
+        let (mut own, mut own_score) = (vec![false; output.len()], vec![0.0; score.len()]);
+        policy.act_and_score(&inputs, &mut own, &mut own_score).unwrap();
+        assert_eq!((output, score), (&own, &own_score), "step {step}");
     }
     assert_eq!(n_flipped, 14);
 }
@@ -196,6 +199,23 @@ fn rewards_are_what_the_record_makes_them() {
     }
 }
 
+#[test]
+fn a_session_starts_from_what_another_has_exported() {
+    let (mut one, morphology) = session();
+    update(&mut one);
+    let file = one.policy_file().unwrap();
+    let (mut experiment, _) = crawler();
+    let as_drawn = Session::build(&experiment, &morphology, None, 5).unwrap();
+    experiment.policy.start = Start::File("/x".into());
+    let started = Session::build(&experiment, &morphology, Some(&file), 5).unwrap();
+    assert_eq!(started.policy.parameters(), one.policy.parameters());
+    // What it draws is the seed's, wherever its parameters are from.
+    assert_eq!(started.policy.random_state(), as_drawn.policy.random_state());
+
+    let error = Session::build(&experiment, &morphology, None, 5).err().unwrap().to_string();
+    assert!(error.starts_with("policy.initial: /x: safetensors: the file must be"), "{error}");
+}
+
 /// A checkpoint of a session, as a file would have it.
 fn saved(session: &mut Session) -> Checkpoint {
     let (updates, control_steps) = (session.updates(), session.control_steps());
@@ -206,7 +226,7 @@ fn saved(session: &mut Session) -> Checkpoint {
 /// The same cell, begun anew and brought to a checkpoint.
 fn restored(checkpoint: &Checkpoint) -> Result<Session, Error> {
     let (experiment, morphology) = crawler();
-    let mut session = Session::build(&experiment, &morphology, 4).unwrap();
+    let mut session = Session::build(&experiment, &morphology, None, 4).unwrap();
     session.restore(checkpoint)?;
     Ok(session)
 }

@@ -1,13 +1,13 @@
 //! One cell from where it stands to where it's to stop.
 
 use anyhow::Context;
-use crbm::Layout;
 use runs::{CellFolder, OpenCell, Recording, Snapshot, atomic};
+use svenja::Morphology;
 
 use super::{Lab, LabCell, Limits, Observer};
 use crate::{
-    experiment::{ControlSettings, PhysicsSettings},
-    session::{self, Session},
+    experiment::{ControlSettings, Experiment, PhysicsSettings},
+    session::{self, Session, build_policy},
 };
 
 /// How a cell's training ended in this call.
@@ -85,12 +85,12 @@ impl<'a> Trainee<'a> {
         if let Some(reason) = cell.folder.failure()? {
             return Ok(Err(Ending::Failed(reason)));
         }
-        check_exports(&cell.folder)?;
-        let settings = &cell.cell.experiment;
+        let (settings, morphology) = (&cell.cell.experiment, lab.morphology(cell));
+        check_exports(&cell.folder, settings, morphology)?;
         let (mut open, checkpoint) = lab
             .catalogue()
             .expecting(cell, |expected| OpenCell::open(cell.folder.clone(), expected))?;
-        let mut session = Session::build(settings, lab.morphology(cell), cell.cell.seed)?;
+        let mut session = lab.session(cell)?;
         if let Some(checkpoint) = &checkpoint {
             let path = cell.folder.checkpoint();
             session.restore(checkpoint).with_context(|| path.display().to_string())?;
@@ -179,10 +179,15 @@ impl<'a> Trainee<'a> {
 }
 
 /// Exports may be missing, or older than the checkpoint; damaged ones are for a person to look at.
-fn check_exports(folder: &CellFolder) -> anyhow::Result<()> {
+fn check_exports(
+    folder: &CellFolder,
+    experiment: &Experiment,
+    morphology: &Morphology,
+) -> anyhow::Result<()> {
     let advice = "delete it, and a resume makes it again from the checkpoint";
     if let Some(bytes) = atomic::read(&folder.policy())? {
-        Layout::from_safetensors(&bytes)
+        build_policy(experiment, morphology, 0)?
+            .read_safetensors(&bytes)
             .with_context(|| format!("{}: damaged: {advice}", folder.policy().display()))?;
     }
     Recording::read(&folder.replay()).context(advice)?;

@@ -1,17 +1,21 @@
 //! A run opened for work: its folder, its cells with their settings, their robots.
 
-use std::{collections::BTreeSet, fs, path::Path};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs,
+    path::Path,
+};
 
 use anyhow::{Context, bail};
 use config::Problems;
-use runs::{Bullet, NewRun, Precision, Run};
+use runs::{Bullet, MODELS, NewRun, POLICIES, Precision, Run};
 use svenja::Morphology;
 
 use crate::{
     catalogue::{Catalogue, LabCell},
-    experiment::{Cell, Experiment, Plan, absolute},
-    models,
-    session::Session,
+    experiment::{Cell, Experiment, Plan, absolute, policy_names},
+    models, policies,
+    session::{self, Session},
 };
 
 /// A run opened for work.
@@ -19,6 +23,8 @@ pub struct Lab {
     catalogue: Catalogue,
     /// In the order of `manifest.json`.
     morphologies: Vec<Morphology>,
+    /// The bytes of the files that policies start from, in the order of `manifest.json`.
+    initial: Vec<Vec<u8>>,
 }
 
 /// The physics engine of this program.
@@ -35,11 +41,11 @@ impl Lab {
     /// # Errors
     /// All that is wrong with the file and its models; another run in the folder.
     pub fn begin(plan: &Plan, folder: &Path) -> anyhow::Result<Self> {
-        let files = model_files(plan)?;
-        check_settings(plan)?;
-        let names: Vec<_> =
-            files.iter().map(|file| (file.path.as_str(), file.name.as_str())).collect();
-        let experiment = written(plan, &names, folder)?;
+        let files = Files::of(plan)?;
+        files.check_settings(plan)?;
+        let experiment = written(plan, &files.copies(), folder)?;
+        let contents =
+            |files: Vec<InputFile>| files.into_iter().map(|file| (file.name, file.bytes)).collect();
         let cell = |cell: &Cell| runs::Cell {
             index: cell.index,
             setting: cell.setting.clone(),
@@ -49,7 +55,8 @@ impl Lab {
             experiment,
             itarl: env!("CARGO_PKG_VERSION").into(),
             bullet: this_bullet(),
-            models: files.into_iter().map(|file| (file.name, file.bytes)).collect(),
+            models: contents(files.models),
+            policies: contents(files.policies),
             seeds: plan.seeds().to_vec(),
             cells: plan.cells().iter().map(cell).collect(),
         };
@@ -66,10 +73,11 @@ impl Lab {
         let Some(updates) = updates else { return Ok(lab) };
         let run = lab.run();
         let plan = Plan::extended(&run.experiment_path(), run.experiment(), updates)?;
-        let paths = models::paths(run);
-        let files = run.manifest().models.iter().map(|model| model.file.as_str());
-        let names: Vec<_> = paths.iter().map(String::as_str).zip(files).collect();
-        let experiment = written(&plan, &names, folder)?;
+        let name = |folder, copy: &runs::FileCopy| format!("{folder}/{}", copy.file);
+        let models = run.manifest().models.iter().map(|copy| name(MODELS, copy));
+        let policies = run.manifest().policies.iter().map(|copy| name(POLICIES, copy));
+        let paths = models::paths(run).into_iter().chain(policies::paths(run));
+        let experiment = written(&plan, &paths.zip(models.chain(policies)).collect(), folder)?;
         lab.extended(&experiment)
     }
 
@@ -84,7 +92,8 @@ impl Lab {
         run.require(this_bullet())?;
         let catalogue = Catalogue::of(run)?;
         let morphologies = catalogue.morphologies()?;
-        Ok(Self { catalogue, morphologies })
+        let initial = policies::read(catalogue.run())?;
+        Ok(Self { catalogue, morphologies, initial })
     }
 
     /// The run with its cells.
@@ -110,70 +119,119 @@ impl Lab {
     pub fn morphology(&self, cell: &LabCell) -> &Morphology {
         &self.morphologies[cell.model]
     }
+
+    /// A cell that hasn't moved yet.
+    ///
+    /// # Errors
+    /// As [`Session::build`].
+    pub fn session(&self, cell: &LabCell) -> Result<Session, session::Error> {
+        let initial = cell.initial.map(|index| self.initial[index].as_slice());
+        Session::build(&cell.cell.experiment, self.morphology(cell), initial, cell.cell.seed)
+    }
 }
 
-/// That the models of a plan can be read.
+/// That the files which a plan names can be read.
 ///
 /// # Errors
 /// All that is wrong with them.
-pub fn check_models(plan: &Plan) -> anyhow::Result<()> {
-    model_files(plan).map(drop)
+pub fn check_files(plan: &Plan) -> anyhow::Result<()> {
+    Files::of(plan).map(drop)
 }
 
-struct ModelFile {
+/// The files that a plan names, each once.
+#[derive(Default)]
+struct Files {
+    models: Vec<InputFile>,
+    policies: Vec<InputFile>,
+}
+
+struct InputFile {
     /// As the plan has it.
     path: String,
-    /// In the run folder.
+    /// Of the copy in the run folder.
     name: String,
     bytes: Vec<u8>,
 }
 
-/// The model files of a plan, each once, with all problems at once.
-fn model_files(plan: &Plan) -> anyhow::Result<Vec<ModelFile>> {
-    let mut known = BTreeSet::new();
-    let paths = plan.cells().iter().map(|cell| &cell.experiment.model);
-    let mut files = Vec::new();
-    let mut problems = Vec::new();
-    for path in paths.filter(|path| known.insert(*path)) {
-        if let Err(found) = Morphology::open(Path::new(path)) {
-            problems.extend(Vec::from(found));
-            continue;
+impl Files {
+    /// Reads them, and finds all problems at once.
+    fn of(plan: &Plan) -> anyhow::Result<Self> {
+        let (mut files, mut problems) = (Self::default(), Vec::new());
+        let names = policy_names(plan.cells().iter().filter_map(|cell| cell.experiment.initial()));
+        let mut known = BTreeSet::new();
+        for Cell { experiment, .. } in plan.cells() {
+            if known.insert(experiment.model.as_str()) {
+                match read_model(&experiment.model)? {
+                    Ok(file) => files.models.push(file),
+                    Err(found) => problems.extend(Vec::from(found)),
+                }
+            }
+            let Some(path) = experiment.initial().filter(|path| known.insert(path)) else {
+                continue;
+            };
+            match policies::open(path) {
+                Ok(bytes) => {
+                    let name = format!("{}.safetensors", names[path]);
+                    files.policies.push(InputFile { path: path.into(), name, bytes });
+                }
+                Err(found) => problems.extend(Vec::from(found)),
+            }
         }
-        let bytes = fs::read(path).with_context(|| format!("{path}: reading"))?;
-        // Stems differ, or cells would share a folder.
-        let stem = Path::new(path).file_stem().unwrap_or_default().to_string_lossy();
-        files.push(ModelFile { path: path.clone(), name: format!("{stem}.toml"), bytes });
+        if problems.is_empty() { Ok(files) } else { Err(Problems::new(problems).into()) }
     }
-    if problems.is_empty() { Ok(files) } else { Err(Problems::new(problems).into()) }
+
+    /// That each setting's cells can be built.
+    fn check_settings(&self, plan: &Plan) -> anyhow::Result<()> {
+        let mut last: Option<&Experiment> = None;
+        for Cell { experiment, setting, seed, .. } in plan.cells() {
+            if last.is_some_and(|last| last == experiment) {
+                continue;
+            }
+            let morphology = Morphology::open(Path::new(&experiment.model))?;
+            let initial =
+                self.policies.iter().find(|it| Some(it.path.as_str()) == experiment.initial());
+            let initial = initial.map(|file| file.bytes.as_slice());
+            Session::build(experiment, &morphology, initial, *seed)
+                .with_context(|| format!("setting {setting}"))?;
+            last = Some(experiment);
+        }
+        Ok(())
+    }
+
+    /// Where the copies are in a run folder, by the paths of the plan.
+    fn copies(&self) -> BTreeMap<String, String> {
+        let copies = |folder: &'static str, files: &[InputFile]| {
+            let copy = |file: &InputFile| (file.path.clone(), format!("{folder}/{}", file.name));
+            files.iter().map(copy).collect::<Vec<_>>()
+        };
+        let all = [copies(MODELS, &self.models), copies(POLICIES, &self.policies)];
+        all.into_iter().flatten().collect()
+    }
 }
 
-/// That each setting's cells can be built.
-fn check_settings(plan: &Plan) -> anyhow::Result<()> {
-    let mut last: Option<&Experiment> = None;
-    for cell in plan.cells() {
-        if last.is_some_and(|last| *last == cell.experiment) {
-            continue;
-        }
-        let morphology = Morphology::open(Path::new(&cell.experiment.model))?;
-        Session::build(&cell.experiment, &morphology, cell.seed)
-            .with_context(|| format!("setting {}", cell.setting))?;
-        last = Some(&cell.experiment);
+fn read_model(path: &str) -> anyhow::Result<Result<InputFile, Problems>> {
+    if let Err(found) = Morphology::open(Path::new(path)) {
+        return Ok(Err(found));
     }
-    Ok(())
+    let bytes = fs::read(path).with_context(|| format!("{path}: reading"))?;
+    // Stems differ, or cells would share a folder.
+    let stem = Path::new(path).file_stem().unwrap_or_default().to_string_lossy();
+    Ok(Ok(InputFile { path: path.into(), name: format!("{stem}.toml"), bytes }))
 }
 
-/// The plan's text for a run folder that has these models: paths of the plan, names in the folder.
-/// It has been read again, and gives the same cells.
-fn written(plan: &Plan, models: &[(&str, &str)], folder: &Path) -> anyhow::Result<String> {
-    let copy = |path: &str| {
-        let found = models.iter().find(|(known, _)| *known == path);
-        found.map_or(path.to_owned(), |(_, name)| format!("{}/{name}", models::FOLDER))
-    };
+/// The plan's text for a run folder that has copies of its files, by their paths in the plan. It has
+/// been read again, and gives the same cells.
+fn written(
+    plan: &Plan,
+    copies: &BTreeMap<String, String>,
+    folder: &Path,
+) -> anyhow::Result<String> {
+    let copy = |path: &str| copies.get(path).map_or(path, String::as_str).to_owned();
     let text = plan.to_toml_with(copy);
     let again = Plan::written(&folder.join("experiment.toml"), &text);
     let same = |(cell, again): (&Cell, &Cell)| {
-        let model = absolute(&folder.join(copy(&cell.experiment.model)));
-        let experiment = Experiment { model, ..cell.experiment.clone() };
+        let experiment =
+            cell.experiment.clone().with_files(|path| absolute(&folder.join(copy(path))));
         *again == Cell { experiment, ..cell.clone() }
     };
     let cells = plan.cells();

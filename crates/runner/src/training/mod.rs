@@ -7,7 +7,7 @@ mod room;
 mod stop;
 
 pub use cell::Ending;
-pub use lab::{Lab, check_models, this_bullet};
+pub use lab::{Lab, check_files, this_bullet};
 pub use pool::{Observer, Trained, train_all};
 pub use stop::Stop;
 
