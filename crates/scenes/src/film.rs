@@ -168,7 +168,7 @@ impl<'a> Film<'a> {
         for i in 0..self.n_pictures() {
             // If it has ended early, it says why.
             let picture = self.picture(i)?;
-            broken = !input.as_mut().is_some_and(|it| it.write_all(picture.bytes()).is_ok());
+            broken = input.as_mut().is_none_or(|it| it.write_all(picture.bytes()).is_err());
             if broken {
                 break;
             }
