@@ -114,3 +114,77 @@ fn the_example_of_a_new_binding_applies() {
     patch.stdin.take().unwrap().write_all(diff.as_bytes()).unwrap();
     assert!(patch.wait().unwrap().success(), "the diff in docs/bindings.md no longer applies");
 }
+
+/// Rustdoc shows a field or a variant alone: what leans on its neighbours says nothing there.
+#[test]
+fn public_items_are_explained_in_sentences() {
+    const LEANING: [&str; 22] = [
+        "As above",
+        "As there",
+        "Among them",
+        "From 0.",
+        "From 1",
+        "Of ",
+        "In kg",
+        "In m.",
+        "In m/",
+        "In rad",
+        "In N",
+        "In words",
+        "In pixels",
+        "Both",
+        "All.",
+        "All of them",
+        "Each by itself",
+        "Nothing.",
+        "Anywhere",
+        "Where.",
+        "What.",
+        "How far.",
+    ];
+    let mut leaning = Vec::new();
+    let mut folders = vec![root().join("crates")];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
+            let path = entry.path();
+            if path.is_dir() && entry.file_name() != "tests" && entry.file_name() != "benches" {
+                folders.push(path);
+            } else if path.extension().is_some_and(|it| it == "rs") {
+                let text = fs::read_to_string(&path).unwrap();
+                for (line, document) in documents(&text) {
+                    let is_short = document.split_whitespace().count() < 2;
+                    if is_short
+                        || LEANING.iter().any(|start| document.starts_with(start))
+                        || document.ends_with("As there.")
+                    {
+                        leaning.push(format!("{}:{line}: {document}", path.display()));
+                    }
+                }
+            }
+        }
+    }
+    assert!(leaning.is_empty(), "\n{}", leaning.join("\n"));
+}
+
+/// The comments of public items, and of their fields and variants, up to a file's tests; each with the
+/// number of its first line.
+fn documents(text: &str) -> Vec<(usize, String)> {
+    let text = text.split("#[cfg(test)]").next().unwrap_or_default();
+    let mut documents = Vec::new();
+    let mut open: Option<(usize, String)> = None;
+    for (i, line) in text.lines().map(str::trim).enumerate() {
+        if let Some(comment) = line.strip_prefix("///") {
+            let (_, document) = open.get_or_insert((i + 1, String::new()));
+            document.push_str(comment);
+        } else if !line.starts_with("#[") {
+            let is_variant = || {
+                let name = line.split(['(', ' ', ',', '{']).next().unwrap_or_default();
+                let is_name = name.chars().all(|c| c.is_ascii_alphanumeric());
+                is_name && name.starts_with(|c: char| c.is_ascii_uppercase())
+            };
+            let is_public = line.starts_with("pub ") || is_variant();
+            documents.extend(open.take().filter(|_| is_public));
+        }
+    }
+    documents.into_iter().map(|(line, text)| (line, text.trim().to_owned())).collect()
+}

@@ -142,7 +142,7 @@ impl Catalogue {
     /// All rows of a cell, as [`CellFolder::rows`].
     ///
     /// # Errors
-    /// As there.
+    /// As [`CellFolder::rows`].
     pub fn rows(&self, cell: &LabCell) -> Result<Vec<Row>, store::Error> {
         self.expecting(cell, |expected| cell.folder.rows(expected))
     }

@@ -76,6 +76,7 @@ impl Session {
         let build = |error: &dyn std::fmt::Display| Error::Build(error.to_string());
         let episode = Episode::new(experiment, morphology).map_err(|error| build(&error))?;
         let layout = machine::layout(experiment, morphology, episode.inputs().len())?;
+        check_room(layout.n_parameters())?;
         let parameters = layout
             .random_parameters(experiment.policy.initial_scale, seed, "start")
             .map_err(|error| build(&error))?;
@@ -252,6 +253,22 @@ impl Session {
     pub fn recording(&self) -> Recording {
         self.ring.recording()
     }
+}
+
+/// Refuses parameters that there's no memory to learn and to save, where running out of it would end
+/// the program with all its cells.
+fn check_room(n_parameters: usize) -> Result<(), Error> {
+    // Parameters and score; trace and gradient; up to two for each of an optimiser's. Saving them has
+    // these five as sections, twice while the file is put together, and the export.
+    const NUMBERS: usize = 2 + 2 + 2 + 2 * 5 + 2;
+    let bytes = n_parameters.saturating_mul(NUMBERS * size_of::<f64>());
+    Vec::<u8>::new().try_reserve_exact(bytes).map_err(|_| {
+        Error::Build(format!(
+            "learning {n_parameters} parameters takes {:.0} MB, and there is no memory for them: \
+             fewer hidden units, or a shorter memory, take less",
+            bytes as f64 / 1e6
+        ))
+    })
 }
 
 /// One control step of some cells in step: readings to actions, actions to worlds, worlds to
