@@ -43,13 +43,15 @@ mod check;
 mod describe;
 mod file;
 mod morphology;
+mod parts;
 #[cfg(feature = "bullet")]
 mod robot;
 mod rotation;
 mod servo;
 mod shape;
+mod warn;
 
-pub use config::Problems;
+pub use config::{Problem, Problems};
 pub use describe::Describe;
 pub use morphology::{
     AxisId, Body, Group, Heading, Joint, JointAxis, JointKind, Morphology, Servo, Spring, Stop,
