@@ -19,7 +19,10 @@ use std::{
 
 use clap::CommandFactory;
 
-use crate::cli::{Cli, Command};
+use crate::{
+    cli::{Cli, Command},
+    plain::plain,
+};
 
 /// How a command ended, if it ran.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,5 +75,5 @@ pub fn run(command: Command) -> anyhow::Result<Outcome> {
 
 /// Prints a text and a line break.
 fn say(text: impl std::fmt::Display) -> io::Result<()> {
-    writeln!(io::stdout(), "{text}")
+    writeln!(io::stdout(), "{}", plain(&text.to_string()))
 }
