@@ -7,6 +7,7 @@ pub mod cli;
 pub mod commands;
 pub mod experiment;
 pub mod gait;
+pub mod plain;
 pub mod plots;
 pub mod progress;
 pub mod replay;

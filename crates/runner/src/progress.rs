@@ -10,6 +10,7 @@ use std::{
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::{
+    plain::plain,
     store::{Header, Row},
     training::{Ending, Lab, LabCell, Observer},
 };
@@ -28,7 +29,7 @@ const LINE_EVERY: Duration = Duration::from_secs(10);
 
 /// A line for people, on standard error. That nobody reads it is no reason to stop.
 pub fn tell(text: impl std::fmt::Display) {
-    let _ = writeln!(stderr(), "{text}");
+    let _ = writeln!(stderr(), "{}", plain(&text.to_string()));
 }
 
 /// How far a command has come that may take a while: nothing for the first seconds, then a bar in a

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use config::{Document, Problems};
+use config::{Document, Problem, Problems};
 use nalgebra::{Isometry3, Unit, Vector3};
 
 use crate::{Shape, Turn, check::check, file::ModelFile};
@@ -26,6 +26,7 @@ pub struct Morphology {
     pub(crate) self_collision: bool,
     pub(crate) locomotion_scale: f64,
     pub(crate) touch_distance_m: f64,
+    pub(crate) warnings: Vec<Problem>,
 }
 
 /// A rigid body.
@@ -90,6 +91,14 @@ impl JointKind {
             Self::Spherical => "spherical",
         }
     }
+
+    /// How far from 0 an axis and its stops may be, in degrees. Of the three angles of Bullet's 6-dof
+    /// joint, which it has whichever of them turn, the middle one's other half would be the same
+    /// turns again.
+    #[must_use]
+    pub fn farthest_deg(self, about: Turn) -> f64 {
+        if self == Self::Spherical && about == Turn::Y { 90.0 } else { 180.0 }
+    }
 }
 
 /// A rotation of a joint: right-handed, 0 as the model is drawn.
@@ -114,6 +123,12 @@ pub struct JointAxis {
 }
 
 impl JointAxis {
+    /// Where the joint stops, in rad: the lower and the upper end.
+    #[must_use]
+    pub fn stops_rad(&self) -> [f64; 2] {
+        [self.lower_rad - self.stop_margin_rad, self.upper_rad + self.stop_margin_rad]
+    }
+
     /// Where -1..1 lies in the range, in rad.
     #[must_use]
     pub fn angle_of(&self, value: f64) -> f64 {
@@ -230,6 +245,12 @@ impl Morphology {
     #[must_use]
     pub fn description(&self) -> &str {
         &self.description
+    }
+
+    /// What the file may say, and had better not: each with its place.
+    #[must_use]
+    pub fn warnings(&self) -> &[Problem] {
+        &self.warnings
     }
 
     /// All bodies.

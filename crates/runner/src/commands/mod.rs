@@ -24,6 +24,7 @@ use config::{Problem, Problems};
 use crate::{
     cli::{Cli, Command, ExperimentFile},
     experiment::Plan,
+    plain::plain,
     progress::tell,
 };
 
@@ -87,7 +88,7 @@ fn open(arguments: &ExperimentFile) -> Result<Plan, Problems> {
 
 /// Prints a text and a line break.
 fn say(text: impl std::fmt::Display) -> anyhow::Result<()> {
-    print(format!("{text}\n").as_bytes())
+    print(format!("{}\n", plain(&text.to_string())).as_bytes())
 }
 
 fn print(bytes: &[u8]) -> anyhow::Result<()> {

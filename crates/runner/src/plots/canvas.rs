@@ -21,6 +21,7 @@ use plotters::{
 use resvg::{tiny_skia, usvg};
 
 use super::{Drawing, Error, Figure};
+use crate::plain::plain;
 
 /// Width of a figure.
 pub(super) const PAGE: f64 = 1000.0;
@@ -117,7 +118,7 @@ pub(super) fn paint(
 
 /// For an attribute's value.
 pub(super) fn escaped(text: &str) -> String {
-    let text = text.replace('&', "&amp;").replace('<', "&lt;");
+    let text = plain(text).replace('&', "&amp;").replace('<', "&lt;");
     text.replace('>', "&gt;").replace('"', "&quot;")
 }
 
@@ -154,7 +155,7 @@ pub(super) fn write(
     (x, y): (f64, f64),
     style: &TextStyle<'_>,
 ) -> Result<(), Error> {
-    area.draw(&Text::new(text, (grid(x), grid(y)), style))?;
+    area.draw(&Text::new(plain(text), (grid(x), grid(y)), style))?;
     Ok(())
 }
 
@@ -287,6 +288,8 @@ mod tests {
         assert_eq!(root.attribute("aria-label"), Some(text));
         let written = root.descendants().find(|node| node.has_tag_name("text")).unwrap();
         assert_eq!(written.text().map(str::trim), Some(text));
+        // XML has no control characters, however they are written.
+        assert!(usvg::roxmltree::Document::parse(&page("a\u{1b}[31m\u{1}")).is_ok());
     }
 
     /// Each letter that figures use leaves a mark: the font has it.

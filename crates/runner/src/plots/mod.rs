@@ -33,9 +33,10 @@ mod example;
 use std::path::PathBuf;
 
 pub use contacts::Contacts;
-pub use outcome::{Choice, Outcome, best_and_median};
+pub use outcome::{Choice, Outcome, best_and_median, tenth_of};
 pub use run::{Instance, Omitted, Run, Setting};
 pub use tables::Table;
+pub(crate) use tables::caveats;
 
 use crate::store;
 use outcome::choice;

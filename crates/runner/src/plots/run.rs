@@ -124,7 +124,6 @@ impl Run {
             return Err(Error::Empty { folder: folder.into(), omitted });
         }
         let mut read = Self { folder: folder.into(), settings, window: 1 };
-        read.window = (read.longest() / 10).max(1);
         Outcome::judge(&mut read);
         read.read_contacts(&mut omitted);
         Ok((read, omitted))

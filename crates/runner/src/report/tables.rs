@@ -22,6 +22,7 @@ pub(super) fn all(run: &plots::Run) -> Markup {
             "R_Loc in m for each control step; IQM is the interquartile mean over instances, with its 95 % "
             "bootstrap interval. Windows have " (run.window) " updates. The same tables are written by "
             code { "itarl plot" } " as CSV."
+            @for caveat in plots::caveats(run) { " " (caveat) }
         }
     }
 }

@@ -56,3 +56,36 @@ fn groups_of_actuators(morphology: &Morphology) -> Result<Vec<usize>, Error> {
     }
     Ok(of_actuators)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::{collections::BTreeSet, path::Path};
+
+    use config::Document;
+
+    use super::*;
+
+    /// `docs/run-folders.md` has the tensors that are written, whatever the connections, and no other.
+    #[test]
+    fn the_document_has_the_tensors_that_are_written() {
+        let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models");
+        let morphology = Morphology::open(&models.join("svenja.toml")).unwrap();
+        let mut written = BTreeSet::new();
+        for connectivity in ["full", "per_actuator", "per_group"] {
+            let text = format!("model = 'svenja.toml'\npolicy.connectivity = '{connectivity}'");
+            let experiment =
+                Document::parse("test", &text).unwrap().read(Experiment::read).unwrap();
+            let layout = layout(&experiment, &morphology, 30).unwrap();
+            let bytes = layout.to_safetensors(&vec![0.0; layout.n_parameters()]).unwrap();
+            let file = safetensors::SafeTensors::deserialize(&bytes).unwrap();
+            written.extend(file.names().iter().map(|name| (*name).to_owned()));
+        }
+        let page = include_str!("../../../../docs/run-folders.md");
+        let (_, section) = page.split_once("\n## `policy.safetensors`\n").unwrap();
+        let section = section.split("\n## ").next().unwrap();
+        let is_tensor =
+            |word: &&str| matches!(word.trim_end_matches("_mask"), "V" | "W" | "b" | "c");
+        let named = section.split('`').skip(1).step_by(2).filter(is_tensor).map(str::to_owned);
+        assert_eq!(named.collect::<BTreeSet<_>>(), written);
+    }
+}

@@ -285,3 +285,26 @@ fn a_checkpoint_whose_numbers_do_not_fit_each_other_is_refused() {
     }
     refused(&|it| drop(it.sections.remove("tally")), "'tally' doesn't fit: it's missing");
 }
+
+/// Where the body pitches by 60 degrees, a metre counts half: the heading's part in the XY plane isn't
+/// normalised, as the documents say.
+#[test]
+fn a_heading_that_pitches_counts_less() {
+    let (experiment, _) = crawler();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/models/crawler.toml");
+    let model = std::fs::read_to_string(path).unwrap();
+    let model = model.replace("start = {", "start = { rotation_deg = [60.0, 0.0, 0.0],");
+    let morphology = Morphology::parse("crawler.toml", &model).unwrap();
+    let body = Body::new(&experiment, &morphology).unwrap();
+    let mut before = body.whereabouts();
+    before.centre_of_gravity_m -= Vector3::new(0.3, 1.0, 0.2);
+    // Single precision.
+    assert!((body.step_since(&before, &[]).advance_m - 0.5).abs() < 1e-6);
+    for page in ["notation.md", "run-folders.md", "experiment-files.md"] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs").join(page);
+        let page = std::fs::read_to_string(path).unwrap();
+        let said =
+            page.lines().filter(|line| line.contains("displacement of the centre of gravity"));
+        assert!(page.contains("pitches") && said.count() > 0, "{page}");
+    }
+}
