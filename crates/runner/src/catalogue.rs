@@ -28,9 +28,9 @@ pub struct Catalogue {
 pub struct LabCell {
     /// Setting, seed and all other settings.
     pub cell: Cell,
-    /// Where its files are.
+    /// The folder with its files.
     pub folder: CellFolder,
-    /// What its checkpoints are known by.
+    /// The number that its checkpoints are known by.
     pub identity: u64,
     /// Index of its robot among the models of `manifest.json`.
     pub(crate) model: usize,
@@ -56,7 +56,7 @@ impl Catalogue {
         Self::of(Run::open(folder)?)
     }
 
-    /// Of a run that is open.
+    /// The catalogue of a run that is open.
     ///
     /// # Errors
     /// As [`Catalogue::open`].

@@ -16,11 +16,11 @@ use config::{Document, Mismatch, Node, Problems, Rule, Value, integer, list, tex
 /// An open-loop periodic bit pattern.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Gait {
-    /// What it's called.
+    /// The gait's name.
     pub name: String,
     /// Bits of each actuator.
     pub bits: u32,
-    /// `[period][n_actuators x bits]`
+    /// The bits of each control step, `[period][n_actuators x bits]`.
     pub steps: Vec<Vec<bool>>,
 }
 

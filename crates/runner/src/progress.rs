@@ -42,7 +42,7 @@ pub struct Counter {
 }
 
 impl Counter {
-    /// Of what is done with `name`.
+    /// A counter of what is done with `name`.
     #[must_use]
     pub fn new(name: String) -> Self {
         let now = Instant::now();

@@ -39,7 +39,7 @@ pub enum Shape {
 /// A round thing from one point to another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rod {
-    /// In m.
+    /// The radius in m.
     pub radius_m: f64,
     /// One end of the axis, in m; a capsule's half ball lies beyond.
     pub from_m: Point3<f64>,

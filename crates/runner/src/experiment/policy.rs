@@ -28,7 +28,7 @@ pub struct PolicySettings {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Connectivity {
-    /// All.
+    /// Every hidden unit is connected with every actuator.
     Full,
     /// Those of one actuator: a block of hidden units for each.
     PerActuator,

@@ -107,7 +107,7 @@ impl Report {
         wanted.collect()
     }
 
-    /// What was left out, and why.
+    /// The cells that were left out, and why.
     #[must_use]
     pub fn omitted(&self) -> &[Omitted] {
         &self.omitted

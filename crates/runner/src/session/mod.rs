@@ -221,7 +221,7 @@ impl Session {
         self.steps == (self.updates + 1) * self.steps_per_update
     }
 
-    /// Updates done.
+    /// The number of updates done.
     #[must_use]
     pub fn updates(&self) -> u64 {
         self.updates

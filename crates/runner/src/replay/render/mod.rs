@@ -44,9 +44,9 @@ const SUN: [f32; 3] = [-0.43, -0.3, 0.85];
 /// Something to draw.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// What stands there.
+    /// The solids that are drawn.
     pub solids: Vec<Solid>,
-    /// What it stands on.
+    /// The ground that they stand on, if it's drawn.
     pub ground: Option<Ground>,
     /// What is behind everything: red, green, blue.
     pub sky: [u8; 3],
