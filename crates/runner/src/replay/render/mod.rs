@@ -1,6 +1,6 @@
 //! A small ray caster: robots on the ground as pictures, with no GPU and no display.
 //!
-//! Boxes, balls, capsules and cylinders are met exactly ([`solid`]), so a silhouette is that of the
+//! Boxes, balls, capsules and cylinders are met exactly (`solid.rs`), so a silhouette is that of the
 //! shape and not of a mesh. A pixel is the mean of some rays, each of which asks several places
 //! of the sun's disc for light, which makes the shadows soft. What a ray needn't ask is found
 //! first: the balls around solids tell for each pixel which solids can be in it or shade it.
