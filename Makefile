@@ -17,7 +17,7 @@ VALGRIND_SEQUENCES ?= 1500
 
 help:
 	@echo "make demo      train Svenja for some minutes, and show what came out"
-	@echo "make test      all tests, with Bullet in single and double precision"
+	@echo "make test      all tests; those of the bindings with Bullet in double precision, too"
 	@echo "make crash-test  training killed at 200 random moments"
 	@echo "make lockstep-test  lanes against Bullet's own solver, longer than in make test"
 	@echo "make verify-lockstep  the same with Svenja, 100,000 steps a lane (half an hour or more)"
@@ -42,7 +42,7 @@ test: PACKAGES += $(BROWSER)
 test: setup
 	cargo test --workspace
 	cargo test -p bullet --features float64
-	LOCKSTEP_STEPS=60 cargo test -p svenja --features float64 --test lockstep
+	LOCKSTEP_STEPS=60 cargo test -p svenja --features float64 --test lockstep --test spawn
 	cargo test -p svenja --no-default-features
 	cargo test --release -p crbm -p gpomdp -p infotheory
 

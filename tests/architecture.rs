@@ -87,9 +87,66 @@ fn every_crate_has_its_row_in_the_architecture() {
     let page = read("ARCHITECTURE.md");
     let (_, names) = arrows_in_the_workspace();
     for name in names {
-        let row = page.lines().find(|line| line.starts_with(&format!("| `crates/{name}/`")));
-        assert!(row.is_some_and(|row| row.ends_with("| here |")), "{name}: {row:?}");
+        let row = format!("| `crates/{name}/` | ");
+        assert!(page.lines().any(|line| line.starts_with(&row)), "{name}");
     }
+}
+
+/// A column that says the same of all tells nothing.
+#[test]
+fn every_column_of_the_architecture_tells_rows_apart() {
+    let page = read("ARCHITECTURE.md");
+    let is_row = |line: &&str| line.starts_with('|');
+    for table in page.split("\n\n") {
+        let rows: Vec<Vec<&str>> = table
+            .lines()
+            .filter(is_row)
+            .skip(2)
+            .map(|row| row.trim_matches('|').split(" | ").map(str::trim).collect())
+            .collect();
+        let n_columns = rows.iter().map(Vec::len).min().unwrap_or(0);
+        for column in (0..n_columns).filter(|_| rows.len() > 1) {
+            let is_same = |row: &Vec<&str>| row[column] == rows[0][column];
+            assert!(!rows.iter().all(is_same), "{:?} in all rows", rows[0][column]);
+        }
+    }
+}
+
+/// The figure is what the commands beside it make: `quick.toml`, all of its updates and seeds.
+#[test]
+fn the_figure_of_the_readme_is_of_its_experiment() {
+    let quick = read("experiments/quick.toml");
+    let value = |key: &str| {
+        let line = quick.lines().find_map(|line| line.strip_prefix(key)).unwrap();
+        line.trim_start_matches([' ', '=']).parse::<u64>().unwrap()
+    };
+    let (updates, seeds) = (value("updates"), value("seeds"));
+    let readme = read("README.md");
+    let figure = format!("over {updates} updates](docs/images/learning-curves.svg)");
+    assert!(readme.contains(&figure), "README.md should have a figure {figure}");
+    assert!(readme.contains(&format!("by {updates} they make")));
+    assert!(quick.contains(&format!("after {updates} they make")));
+
+    let svg = read("docs/images/learning-curves.svg");
+    let texts: Vec<_> = svg.lines().map(str::trim).filter(|line| !line.contains('<')).collect();
+    for text in [updates.to_string(), format!("n = {seeds}"), "ξ = 0.75".into(), "ξ = 1".into()] {
+        assert!(texts.contains(&text.as_str()), "no {text:?} in the figure");
+    }
+    let numbers = texts.iter().filter_map(|text| text.parse::<u64>().ok());
+    assert_eq!(numbers.max(), Some(updates), "the axis of updates");
+}
+
+/// What `make test` tests with Bullet in double precision: the bindings, and a little of the robots.
+#[test]
+fn the_readme_says_what_is_tested_in_double_precision() {
+    let makefile = read("Makefile");
+    let (_, recipe) = makefile.split_once("\ntest: setup\n").unwrap();
+    let recipe = recipe.split("\n\n").next().unwrap();
+    let double = recipe.lines().filter(|line| line.contains("--features float64"));
+    let whole: Vec<_> = double.filter(|line| !line.contains(" --test ")).map(str::trim).collect();
+    assert_eq!(whole, ["cargo test -p bullet --features float64"]);
+    let said = "those of the bindings also with Bullet in double precision";
+    assert!(read("README.md").contains(said));
 }
 
 /// Every file of the repository, as git lists them.
@@ -143,4 +200,78 @@ fn the_example_of_a_new_binding_applies() {
         .unwrap();
     patch.stdin.take().unwrap().write_all(diff.as_bytes()).unwrap();
     assert!(patch.wait().unwrap().success(), "the diff in docs/bindings.md no longer applies");
+}
+
+/// Rustdoc shows a field or a variant alone: what leans on its neighbours says nothing there.
+#[test]
+fn public_items_are_explained_in_sentences() {
+    const LEANING: [&str; 22] = [
+        "As above",
+        "As there",
+        "Among them",
+        "From 0.",
+        "From 1",
+        "Of ",
+        "In kg",
+        "In m.",
+        "In m/",
+        "In rad",
+        "In N",
+        "In words",
+        "In pixels",
+        "Both",
+        "All.",
+        "All of them",
+        "Each by itself",
+        "Nothing.",
+        "Anywhere",
+        "Where.",
+        "What.",
+        "How far.",
+    ];
+    let mut leaning = Vec::new();
+    let mut folders = vec![root().join("crates")];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
+            let path = entry.path();
+            if path.is_dir() && entry.file_name() != "tests" && entry.file_name() != "benches" {
+                folders.push(path);
+            } else if path.extension().is_some_and(|it| it == "rs") {
+                let text = fs::read_to_string(&path).unwrap();
+                for (line, document) in documents(&text) {
+                    let is_short = document.split_whitespace().count() < 2;
+                    if is_short
+                        || LEANING.iter().any(|start| document.starts_with(start))
+                        || document.ends_with("As there.")
+                    {
+                        leaning.push(format!("{}:{line}: {document}", path.display()));
+                    }
+                }
+            }
+        }
+    }
+    assert!(leaning.is_empty(), "\n{}", leaning.join("\n"));
+}
+
+/// The comments of public items, and of their fields and variants, up to a file's tests; each with the
+/// number of its first line.
+fn documents(text: &str) -> Vec<(usize, String)> {
+    let text = text.split("#[cfg(test)]").next().unwrap_or_default();
+    let mut documents = Vec::new();
+    let mut open: Option<(usize, String)> = None;
+    for (i, line) in text.lines().map(str::trim).enumerate() {
+        if let Some(comment) = line.strip_prefix("///") {
+            let (_, document) = open.get_or_insert((i + 1, String::new()));
+            document.push_str(comment);
+        } else if !line.starts_with("#[") {
+            let is_variant = || {
+                let name = line.split(['(', ' ', ',', '{']).next().unwrap_or_default();
+                let is_name = name.chars().all(|c| c.is_ascii_alphanumeric());
+                is_name && name.starts_with(|c: char| c.is_ascii_uppercase())
+            };
+            let is_public = line.starts_with("pub ") || is_variant();
+            documents.extend(open.take().filter(|_| is_public));
+        }
+    }
+    documents.into_iter().map(|(line, text)| (line, text.trim().to_owned())).collect()
 }

@@ -184,6 +184,19 @@ fn summary_compares_early_with_late() {
 }
 
 #[test]
+fn summary_tells_nothing_of_one_seed() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path().join("run");
+    train(&run, &["--set", "learning.updates=6", "--set", "sweep.seeds=1"]).ends(DONE);
+    let said = itarl(&["summary", text(&run)]).ends(DONE);
+    for index in 1..=2 {
+        let cells = row(&said.out, index);
+        let deviation_t_p = [6, 8, 9].map(|column| cells[column].as_str());
+        assert_eq!((cells[1].as_str(), deviation_t_p), ("1", ["-"; 3]), "{said:?}");
+    }
+}
+
+#[test]
 fn models_are_checked_and_shown() {
     let bad = "tests/models/bad/mass_zero.toml";
     let good = "tests/models/crawler.toml";
@@ -195,6 +208,70 @@ fn models_are_checked_and_shown() {
     let shown = ["Crawler", "| shoulder ", "| forearm ", "heading along (0, 1, 0) of 'block'"];
     itarl(&["model", "show", good]).ends(DONE).prints(&shown);
     itarl(&["model", "show", bad]).ends(FAILED);
+}
+
+/// A copy of the crawler's model, changed.
+fn changed_model(folder: &Path, change: impl Fn(&str) -> String) -> PathBuf {
+    let file = folder.join("model.toml");
+    let model = fs::read_to_string(root().join("tests/models/crawler.toml")).unwrap();
+    fs::write(&file, change(&model)).unwrap();
+    file
+}
+
+#[test]
+fn what_a_model_had_better_not_say_is_a_warning() {
+    let folder = tempfile::tempdir().unwrap();
+    let far = |model: &str| {
+        let axis = "axes = [{ about = \"x\", range_deg = [-30.0, 30.0], servo";
+        let far = "axes = [{ about = \"y\", range_deg = [-75.0, 30.0], servo";
+        model.replace("hinge", "spherical").replace(axis, far)
+    };
+    let file = changed_model(folder.path(), far);
+    let said = itarl(&["model", "check", text(&file)]).ends(DONE).prints(&[": fine\n"]);
+    let place = format!("{}:52:36: warning: joint 'elbow': axes[0]: ", text(&file));
+    assert!(said.err.starts_with(&place) && said.err.lines().count() == 1, "{said:?}");
+    itarl(&["rollout", text(&file), "--steps", "1"]).ends(DONE);
+}
+
+/// Texts of files are shown, and a terminal doesn't obey them.
+#[test]
+fn escape_codes_in_files_do_not_reach_the_terminal() {
+    let folder = tempfile::tempdir().unwrap();
+    // A title, a colour, a line that goes back over what stood there, and a bell.
+    let code = "\\u001b]0;owned\\u0007\\u001b[31m\\rfine\\u009b2J";
+    let file = changed_model(folder.path(), |model| {
+        let name = format!("name = \"Crawler{code}\"\ndescription = \"{code}\"");
+        model.replacen("name = \"Crawler\"", &name, 1)
+    });
+    let bad = folder.path().join("bad.toml");
+    fs::write(&bad, format!("\"{code}\" = \"{code}\"\nname = \"\"")).unwrap();
+    let experiment = folder.path().join("experiment.toml");
+    let crawler = fs::read_to_string(root().join(CRAWLER)).unwrap();
+    let model = crawler.lines().find(|line| line.starts_with("model = ")).unwrap();
+    let described = format!("description = \"{code}\"\nmodel = \"model.toml\"");
+    fs::write(&experiment, crawler.replacen(model, &described, 1)).unwrap();
+    let run = folder.path().join("run");
+    train(&run, &["--stop-after", "2"]).ends(STOPPED);
+    // As of a run that somebody sent.
+    let failed = run.join("cells/xi=1/seed=1/failed");
+    fs::write(failed, "\u{1b}[31mblew up\u{7}\r\n").unwrap();
+    for words in [
+        &["model", "check", text(&file), text(&bad)][..],
+        &["model", "show", text(&file)],
+        &["rollout", text(&file), "--steps", "1"],
+        &["config", text(&experiment)],
+        &["train", text(&bad)],
+        &["status", text(&run)],
+    ] {
+        let said = itarl(words);
+        assert!(!said.out.is_empty() || !said.err.is_empty());
+        for text in [&said.out, &said.err] {
+            let code = text.chars().find(|it| it.is_control() && !matches!(it, '\n' | '\t'));
+            assert_eq!(code, None, "{words:?}: {said:?}");
+        }
+    }
+    let shown = itarl(&["model", "show", text(&file)]).ends(DONE);
+    shown.prints(&["Crawler\\u{1b}]0;owned\\u{7}\\u{1b}[31m\\rfine\\u{9b}2J: "]);
 }
 
 /// The rows of a CSV file, the columns' names first.

@@ -281,6 +281,30 @@ fn from_one_instance_to_twelve_settings_of_thirty() {
     }
 }
 
+/// One seed, as of a first look: nothing is said that one instance can't tell.
+#[test]
+fn one_instance_gives_neither_interval_nor_probability() {
+    let (_folder, run) = folder();
+    train(&run, &["--set", "sweep.seeds=1"]).ends(DONE);
+    plot(&run, &["final"]).ends(DONE);
+    for pair in table(&run, "improvement") {
+        let numbers = ["probability", "low", "high"].map(|name| pair[name].as_str());
+        assert_eq!(numbers, [""; 3], "{pair:?}");
+    }
+    for setting in table(&run, "settings") {
+        let ends = ["R_Loc_IQM_low_m", "R_Loc_IQM_high_m"].map(|name| setting[name].as_str());
+        assert_eq!(ends, [""; 2], "{setting:?}");
+        assert_eq!(setting["R_Loc_IQM_m"], setting["R_Loc_mean_m"]);
+    }
+    let drawn = texts(&svg(&run, "final"));
+    assert!(drawn.iter().any(|it| it.contains("One instance of a setting gives")), "{drawn:?}");
+    itarl(&["report", text(&run)]).ends(DONE);
+    let page = fs::read_to_string(run.join("report.html")).unwrap();
+    assert!(
+        page.contains("One instance of a setting gives neither an interval nor a probability.")
+    );
+}
+
 #[test]
 fn what_is_drawn_can_be_chosen() {
     let (_folder, run) = done();

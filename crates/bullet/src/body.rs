@@ -23,13 +23,13 @@ use crate::{
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
-    /// What it collides as.
+    /// The shape that it collides as.
     pub shape: ShapeId,
-    /// How it moves.
+    /// Whether it stands still, is moved, or moves by forces.
     pub motion: Motion,
-    /// Of its centre of mass, in world coordinates.
+    /// The pose of its centre of mass, in world coordinates.
     pub pose: Isometry3<f64>,
-    /// In kg, between 1e-12 and 1e12; of dynamic bodies only.
+    /// The mass in kg, between 1e-12 and 1e12; of dynamic bodies only.
     pub mass: f64,
     /// Principal moments about the axes of its own frame, in kg m²; None: what Bullet makes of the
     /// shape, filled evenly: exact for boxes, balls and cylinders, rough for others (see
@@ -128,14 +128,14 @@ impl Body {
 pub enum Motion {
     /// Never; it has no mass.
     Static,
-    /// By forces, contacts and joints.
+    /// It moves by forces, contacts and joints.
     Dynamic,
     /// As the caller says ([`World::set_pose`](crate::World::set_pose)); it pushes dynamic bodies and
     /// isn't pushed back.
     Kinematic,
 }
 
-/// What [`World::push`](crate::World::push) adds.
+/// A force, torque or impulse for [`World::push`](crate::World::push).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Push {
     /// Force in N, acts during the next step.
@@ -204,7 +204,7 @@ impl BodyState {
         Matrix3::from_row_slice(&self.rotation) * in_body
     }
 
-    /// Of a body that doesn't rotate, at a point of the body given in world coordinates, in m/s.
+    /// The velocity at a point of the body given in world coordinates, in m/s.
     pub fn velocity_at(&self, point: &Point3<f64>) -> Vector3<f64> {
         let arm = point - Point3::from(self.position);
         Vector3::from(self.linear_velocity) + Vector3::from(self.angular_velocity).cross(&arm)

@@ -46,9 +46,9 @@ pub mod ffi {
         pub position: [f64; 3],
         /// Body to world, `[3 x 3]` row-major, as Bullet keeps it.
         pub rotation: [f64; 9],
-        /// Of the centre of mass, in m/s.
+        /// The velocity of the centre of mass, in m/s.
         pub linear_velocity: [f64; 3],
-        /// In rad/s.
+        /// The angular velocity about the axes of the world, in rad/s.
         pub angular_velocity: [f64; 3],
         /// False where the body was removed; all else is then 0.
         pub exists: bool,
@@ -80,7 +80,7 @@ pub mod ffi {
     pub struct Contact {
         /// One of the two bodies; which one is up to Bullet.
         pub a: BodyId,
-        /// The other body.
+        /// The second body of the pair.
         pub b: BodyId,
         /// On the surface of `b`, world coordinates, in m.
         pub point: [f64; 3],
@@ -263,7 +263,7 @@ pub mod ffi {
         pub begin: f64,
         /// From Bullet's pools into lanes.
         pub pack: f64,
-        /// The iterations.
+        /// Seconds in the solver's iterations.
         pub sweep: f64,
         /// Back into the pools, with the iterations that were left to Bullet's own loop.
         pub unpack: f64,

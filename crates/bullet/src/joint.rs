@@ -17,11 +17,11 @@ use crate::{BodyId, JointId, JointState, body::to_pose, bridge::ffi};
 /// A joint to be added with [`World::add_joint`](crate::World::add_joint).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
-    /// What moves how.
+    /// The joint's kind, with its axes: what it lets move, and how far.
     pub kind: JointKind,
     /// The body in whose frame positions are told.
     pub parent: BodyId,
-    /// The other body.
+    /// The body that moves against the parent.
     pub child: BodyId,
     /// The joint's frame as seen from the parent's centre of mass.
     pub frame_in_parent: Isometry3<f64>,
@@ -101,10 +101,10 @@ impl Joint {
     }
 }
 
-/// What a joint lets move.
+/// The kinds of joints, by what they let move.
 #[derive(Clone, Debug, PartialEq)]
 pub enum JointKind {
-    /// Nothing (`btFixedConstraint`).
+    /// The bodies don't move against each other (`btFixedConstraint`).
     Fixed,
     /// All rotations (`btPoint2PointConstraint`).
     PointToPoint,
@@ -135,7 +135,7 @@ pub enum JointKind {
 /// How one axis of a joint may move, and what moves it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisSettings {
-    /// Where it may be.
+    /// The positions that the axis may take.
     pub range: Range,
     /// What happens at the ends of the range.
     pub stop: Stop,
@@ -146,12 +146,12 @@ pub struct AxisSettings {
 }
 
 impl AxisSettings {
-    /// Stays at 0.
+    /// An axis that stays at 0.
     pub const fn locked() -> Self {
         Self { range: Range::Locked, stop: Stop::BULLET, motor: None, spring: None }
     }
 
-    /// Goes anywhere.
+    /// An axis without limits.
     pub const fn free() -> Self {
         Self { range: Range::Free, ..Self::locked() }
     }
@@ -190,12 +190,12 @@ impl AxisSettings {
     }
 }
 
-/// Where an axis may be.
+/// The positions that an axis may take.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Range {
-    /// At 0.
+    /// The axis stays at 0.
     Locked,
-    /// Anywhere.
+    /// The axis has no limits.
     Free,
     /// From `lower` to `upper`, in m or rad; angles within half a turn of 0.
     Limited {
@@ -229,9 +229,9 @@ impl Stop {
 /// Drives an axis at a velocity, with what force it takes up to a limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motor {
-    /// In m/s or rad/s.
+    /// The velocity that the motor drives at, in m/s or rad/s.
     pub target_velocity: f64,
-    /// In N or N m, at least 0; with 0 the axis runs free.
+    /// The largest force in N or torque in N m, at least 0; with 0 the axis runs free.
     pub max_force: f64,
 }
 
@@ -243,22 +243,22 @@ pub struct Motor {
 /// the two don't add up, and the stronger one counts. Against a load an undamped spring is exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spring {
-    /// In N/m or N m/rad, at least 0.
+    /// The stiffness in N/m or N m/rad, at least 0.
     pub stiffness: f64,
-    /// In N s/m or N m s/rad, at least 0.
+    /// The damping in N s/m or N m s/rad, at least 0.
     pub damping: f64,
-    /// In m or rad.
+    /// The position at which the spring is at rest, in m or rad.
     pub equilibrium: f64,
 }
 
 /// New target of a motor, for [`World::set_motors`](crate::World::set_motors).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotorCommand {
-    /// Which joint.
+    /// The joint that the axis belongs to.
     pub joint: JointId,
     /// Which of its axes; it must have been built with a motor.
     pub axis: Axis,
-    /// In m/s or rad/s, positive where the axis' position grows.
+    /// The velocity in m/s or rad/s, positive where the axis' position grows.
     pub target_velocity: f64,
     /// The most it may use, in N or N m, at least 0; with 0 the axis runs free.
     pub max_force: f64,

@@ -20,9 +20,9 @@ pub const INSTRUCTIONS_VARIABLE: &str = "ITARL_INSTRUCTIONS";
 pub enum Instructions {
     /// What every processor of the target has: SSE2 on x86-64.
     Plain,
-    /// AVX2.
+    /// 256 bits a vector, with AVX2.
     Avx2,
-    /// AVX-512 (F).
+    /// 512 bits a vector, with AVX-512 F.
     Avx512,
 }
 
@@ -45,7 +45,7 @@ impl Instructions {
         ffi::lanes_of(self as u8)
     }
 
-    /// As [`INSTRUCTIONS_VARIABLE`] has them.
+    /// The name that [`INSTRUCTIONS_VARIABLE`] has for them.
     pub fn name(self) -> &'static str {
         match self {
             Self::Plain => "plain",
@@ -121,7 +121,7 @@ impl Lockstep {
         Ok(Self { inner: ffi::new_lockstep(instructions as u8)?, instructions })
     }
 
-    /// What the sweeps use.
+    /// The vector instructions that the sweeps use.
     pub fn instructions(&self) -> Instructions {
         self.instructions
     }

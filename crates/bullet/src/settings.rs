@@ -23,14 +23,14 @@ use crate::{bridge::ffi, constants};
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorldSettings {
-    /// In m/s².
+    /// The acceleration by gravity, in m/s².
     pub gravity: Vector3<f64>,
     /// Length of a step in s, between 1e-6 and 1.
     pub time_step: f64,
     /// Sweeps of the solver over all rows in a step, between 1 and 1,000,000. They stop early only
     /// if a sweep changes nothing at all. Fewer make joints softer, not just less exact.
     pub iterations: u32,
-    /// What the solver does.
+    /// The solver's switches, Bullet's `btSolverMode`.
     pub solver_mode: SolverMode,
     /// Error reduction of joints: the share of a joint's error that a step corrects, 0 to 1.
     pub joint_erp: f64,

@@ -10,11 +10,11 @@ use crate::{body::to_pose, bridge::ffi, ffi::ShapeId};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum Lengthwise {
-    /// Along x.
+    /// The x axis of the shape's own frame.
     X,
-    /// Along y.
+    /// The y axis of the shape's own frame.
     Y,
-    /// Along z.
+    /// The z axis of the shape's own frame.
     Z,
 }
 

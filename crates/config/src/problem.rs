@@ -37,9 +37,9 @@ impl fmt::Display for Place {
 /// One mistake: `place: what is wrong, what was expected, what was found`.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Problem {
-    /// Where.
+    /// The place in the file.
     pub place: Place,
-    /// What.
+    /// What was expected there, and what was found.
     pub message: String,
 }
 
@@ -78,7 +78,7 @@ impl Problems {
         Self(vec![Problem { place, message: message.into() }])
     }
 
-    /// One by one.
+    /// All problems, in the order of their places.
     pub fn iter(&self) -> impl Iterator<Item = &Problem> {
         self.0.iter()
     }

@@ -29,13 +29,13 @@ pub trait Rule {
 /// A value, or part of one, that doesn't fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mismatch {
-    /// Of the part.
+    /// The place of the part that is wrong.
     pub place: Place,
     /// `[2]` for a list's third value; empty for the whole.
     pub part: String,
-    /// In words.
+    /// What would have been right, in words.
     pub expected: String,
-    /// In words.
+    /// What stands there, in words.
     pub found: String,
 }
 
@@ -241,7 +241,7 @@ impl Rule for Flag {
     }
 }
 
-/// A text.
+/// A rule for a text that isn't empty.
 #[derive(Clone, Copy, Debug)]
 pub struct Text;
 
@@ -268,7 +268,7 @@ impl Rule for Text {
     }
 }
 
-/// What a thing is called.
+/// A rule for the name of a thing.
 #[derive(Clone, Copy, Debug)]
 pub struct Name;
 
@@ -393,9 +393,9 @@ impl<R: Rule, const N: usize> Rule for Vector<R, N> {
 /// A value that keeps its place, for checks that need more than the value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Placed<T> {
-    /// What the rule made of it.
+    /// The value that the rule made of what stands there.
     pub value: T,
-    /// Where it stands.
+    /// The value's place in the file.
     pub place: Place,
 }
 

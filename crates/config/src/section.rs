@@ -108,7 +108,7 @@ impl<'a> Section<'a> {
         self.subject = subject.into() + ": ";
     }
 
-    /// Where the table begins.
+    /// The place at which the table begins.
     pub fn place(&self) -> &Place {
         &self.place
     }

@@ -12,18 +12,18 @@ use crate::{Place, Problem};
 /// A value and where it stands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Node {
-    /// Of its first character.
+    /// The place of its first character.
     pub place: Place,
-    /// What stands there.
+    /// The value that stands there.
     pub value: Value,
 }
 
 /// A key and where it stands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Key {
-    /// Of its first character.
+    /// The place of its first character.
     pub place: Place,
-    /// Without quotes.
+    /// The key's text, without its quotes.
     pub name: String,
 }
 
@@ -34,7 +34,7 @@ impl fmt::Display for Key {
     }
 }
 
-/// TOML's types.
+/// A value of one of TOML's types.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// A string.

@@ -65,17 +65,17 @@ impl Layout {
         Ok(Self { inputs, outputs })
     }
 
-    /// k, the bits of x.
+    /// The number k of inputs, the bits of x.
     pub fn n_inputs(&self) -> usize {
         self.inputs.n_columns()
     }
 
-    /// m, the bits of h.
+    /// The number m of hidden units, the bits of h.
     pub fn n_hidden(&self) -> usize {
         self.outputs.n_rows()
     }
 
-    /// n, the bits of y.
+    /// The number n of outputs, the bits of y.
     pub fn n_outputs(&self) -> usize {
         self.outputs.n_columns()
     }
@@ -85,24 +85,24 @@ impl Layout {
         self.output_biases().end
     }
 
-    /// V: the allowed pairs of `[n_hidden x n_inputs]`, row-major.
+    /// Where the weights V are: the allowed pairs of `[n_hidden x n_inputs]`, row-major.
     pub fn input_weights(&self) -> Range<usize> {
         0..self.inputs.n_pairs()
     }
 
-    /// c: `[n_hidden]`.
+    /// Where the hidden units' biases c are, `[n_hidden]`.
     pub fn hidden_biases(&self) -> Range<usize> {
         let start = self.input_weights().end;
         start..start + self.n_hidden()
     }
 
-    /// W: the allowed pairs of `[n_hidden x n_outputs]`, row-major.
+    /// Where the weights W are: the allowed pairs of `[n_hidden x n_outputs]`, row-major.
     pub fn output_weights(&self) -> Range<usize> {
         let start = self.hidden_biases().end;
         start..start + self.outputs.n_pairs()
     }
 
-    /// b: `[n_outputs]`.
+    /// Where the outputs' biases b are, `[n_outputs]`.
     pub fn output_biases(&self) -> Range<usize> {
         let start = self.output_weights().end;
         start..start + self.n_outputs()

@@ -66,17 +66,17 @@ impl Mask {
         })
     }
 
-    /// Hidden units.
+    /// The number of hidden units.
     pub fn n_rows(&self) -> usize {
         self.starts.len() - 1
     }
 
-    /// Inputs or outputs.
+    /// The number of inputs or outputs.
     pub fn n_columns(&self) -> usize {
         self.n_columns
     }
 
-    /// Connected pairs.
+    /// The number of connected pairs.
     pub fn n_pairs(&self) -> usize {
         self.columns.len()
     }

@@ -172,7 +172,7 @@ impl Policy {
     /// numbers.
     ///
     /// # Errors
-    /// As there.
+    /// As [`act_and_score`](Self::act_and_score).
     pub fn score(
         &mut self,
         x: &[bool],

@@ -23,6 +23,7 @@ use resvg::{tiny_skia, usvg};
 use scenes::FONT;
 
 use super::{Drawing, Error, Figure};
+use crate::plain;
 
 /// Width of a figure.
 pub(super) const PAGE: f64 = 1000.0;
@@ -118,7 +119,7 @@ pub(super) fn paint(
 
 /// For an attribute's value.
 pub(super) fn escaped(text: &str) -> String {
-    let text = text.replace('&', "&amp;").replace('<', "&lt;");
+    let text = plain(text).replace('&', "&amp;").replace('<', "&lt;");
     text.replace('>', "&gt;").replace('"', "&quot;")
 }
 
@@ -155,7 +156,7 @@ pub(super) fn write(
     (x, y): (f64, f64),
     style: &TextStyle<'_>,
 ) -> Result<(), Error> {
-    area.draw(&Text::new(text, (grid(x), grid(y)), style))?;
+    area.draw(&Text::new(plain(text), (grid(x), grid(y)), style))?;
     Ok(())
 }
 
@@ -288,6 +289,8 @@ mod tests {
         assert_eq!(root.attribute("aria-label"), Some(text));
         let written = root.descendants().find(|node| node.has_tag_name("text")).unwrap();
         assert_eq!(written.text().map(str::trim), Some(text));
+        // XML has no control characters, however they are written.
+        assert!(usvg::roxmltree::Document::parse(&page("a\u{1b}[31m\u{1}")).is_ok());
     }
 
     /// Each letter that figures use leaves a mark: the font has it.

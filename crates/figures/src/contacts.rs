@@ -31,7 +31,7 @@ impl Contacts {
         }
     }
 
-    /// T.
+    /// The number T of control steps.
     #[must_use]
     pub fn n_steps(&self) -> usize {
         self.touching.len() / self.feet.len().max(1)

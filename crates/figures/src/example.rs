@@ -25,7 +25,6 @@ pub(super) fn run_of(settings: &[(&str, Vec<Vec<f64>>)]) -> Results {
         settings: settings.iter().map(setting).collect(),
         window: 1,
     };
-    run.window = (run.longest() / 10).max(1);
     Outcome::judge(&mut run);
     run
 }

@@ -14,8 +14,7 @@ use super::{
         notes_height, paint, setting_line, setting_lines, stroke, wrap, write, write_notes,
         write_y_label,
     },
-    statistics::Interval,
-    tables::{self, improvement_of, iqm, share},
+    tables::{self, Estimate, caveats, improvement_of, iqm, share},
 };
 
 pub(super) const FIGURE: Figure = Figure {
@@ -41,6 +40,8 @@ const BESIDE: usize = 5;
 const LINES: usize = 3;
 /// Of a cell; in smaller ones colours have to do, and the table has the numbers.
 const SMALLEST_WITH_NUMBERS: f64 = 36.0;
+/// A cell has room for a second line if it's larger.
+const WITH_INTERVALS: f64 = 52.0;
 const LETTERS: &[u8] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZ";
 
 /// Where things are.
@@ -65,7 +66,7 @@ struct Labels {
 
 fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
     let layout = Layout::of(run);
-    let notes = [note(run)];
+    let notes = [vec![note(run)], caveats(run)].concat();
     let caption = format!("{} {}", FIGURE.caption, notes.join(" "));
     paint(&FIGURE, layout.bottom + notes_height(&notes) + 6.0, caption, |area| {
         draw_dots(area, run, &layout)?;
@@ -156,8 +157,9 @@ fn draw_dots(area: &Area<'_>, run: &Results, layout: &Layout) -> Result<(), Erro
     let frame = layout.dots;
     let n = run.settings.len();
     let iqms: Vec<_> = run.settings.iter().map(iqm).collect();
-    let ends = iqms.iter().flat_map(|(iqm, interval)| [*iqm, interval.low, interval.high]);
-    let y = Axis::around(run.settings.iter().flat_map(Setting::last).chain(ends), 8);
+    let ends = iqms.iter().filter_map(|iqm| iqm.interval).flat_map(|it| [it.low, it.high]);
+    let values = iqms.iter().map(|iqm| iqm.value).chain(ends);
+    let y = Axis::around(run.settings.iter().flat_map(Setting::last).chain(values), 8);
     // No numbers below: the settings' names are there.
     let x = Axis::bare(0.0..n as f64);
     let panel = Panel { frame, x: &x, y: &y, x_numbers: false, y_numbers: true };
@@ -181,9 +183,10 @@ fn draw_dots(area: &Area<'_>, run: &Results, layout: &Layout) -> Result<(), Erro
         let part = (value - y.range.start) / (y.range.end - y.range.start);
         frame.bottom() - part * frame.height
     };
-    for (i, (iqm, interval)) in iqms.iter().enumerate() {
+    for (i, iqm) in iqms.iter().enumerate() {
         let middle = frame.x + (i as f64 + 0.5) * slot;
-        draw_interval(area, middle + 0.33 * slot, py(*iqm), [py(interval.low), py(interval.high)])?;
+        let ends = iqm.interval.map(|it| [py(it.low), py(it.high)]);
+        draw_iqm(area, middle + 0.33 * slot, py(iqm.value), ends)?;
     }
     draw_facts(area, run, frame, &layout.labels.below_dots)?;
     write_y_label(area, frame, "R_Loc", "m per control step")
@@ -213,10 +216,12 @@ fn offsets(values: &[f64], y: &Axis, height: f64, most: f64) -> Vec<f64> {
     placed.into_iter().map(|(x, _)| scale * x).collect()
 }
 
-fn draw_interval(area: &Area<'_>, x: f64, iqm: f64, ends: [f64; 2]) -> Result<(), Error> {
+fn draw_iqm(area: &Area<'_>, x: f64, iqm: f64, ends: Option<[f64; 2]>) -> Result<(), Error> {
     let style = stroke(VERMILLION, 2.0);
-    line(area, &[(x, ends[0]), (x, ends[1])], style)?;
-    for end in ends {
+    if let Some([low, high]) = ends {
+        line(area, &[(x, low), (x, high)], style)?;
+    }
+    for end in ends.into_iter().flatten() {
         line(area, &[(x - 4.0, end), (x + 4.0, end)], style)?;
     }
     line(area, &[(x - 9.0, iqm), (x + 9.0, iqm)], stroke(VERMILLION, 3.5))
@@ -284,34 +289,47 @@ fn draw_matrix(area: &Area<'_>, run: &Results, frame: Rect, layout: &Layout) -> 
         }
         for j in 0..run.settings.len() {
             let corner = (frame.x + j as f64 * cell, frame.y + i as f64 * cell);
-            let value = (i != j).then(|| improvement_of(&run.settings, i, j));
-            draw_cell(area, corner, *cell, value)?;
+            match (i != j).then(|| improvement_of(&run.settings, i, j)) {
+                Some(Some(value)) => draw_cell(area, corner, *cell, value)?,
+                Some(None) => draw_empty(area, corner, *cell, &["one", "instance"])?,
+                None => draw_empty(area, corner, *cell, &[])?,
+            }
         }
     }
     Ok(())
 }
 
-fn draw_cell(
-    area: &Area<'_>,
-    (x, y): (f64, f64),
-    cell: f64,
-    value: Option<(f64, Interval)>,
-) -> Result<(), Error> {
+/// A square of the matrix.
+fn corners((x, y): (f64, f64), cell: f64) -> [(f64, f64); 4] {
     let (right, bottom) = (x + cell - 1.0, y + cell - 1.0);
-    let corners = [(x, y), (right, y), (right, bottom), (x, bottom)];
-    let Some((probability, interval)) = value else { return fill(area, &corners, FAINT) };
-    fill(area, &corners, shade(probability))?;
+    [(x, y), (right, y), (right, bottom), (x, bottom)]
+}
+
+/// What has no number, and why, if there's room for it.
+fn draw_empty(area: &Area<'_>, at: (f64, f64), cell: f64, why: &[&str]) -> Result<(), Error> {
+    fill(area, &corners(at, cell), FAINT)?;
+    let has_room = cell > WITH_INTERVALS;
+    for (k, text) in why.iter().enumerate().filter(|_| has_room) {
+        let y = at.1 + cell / 2.0 + (k as f64 - 0.5) * 14.0;
+        write(area, text, (at.0 + cell / 2.0, y), &font(12.0, INK, HPos::Center))?;
+    }
+    Ok(())
+}
+
+fn draw_cell(area: &Area<'_>, at: (f64, f64), cell: f64, value: Estimate) -> Result<(), Error> {
+    let Estimate { value: probability, interval } = value;
+    fill(area, &corners(at, cell), shade(probability))?;
     if cell < SMALLEST_WITH_NUMBERS {
         return Ok(());
     }
     let strength = (probability - 0.5).abs();
     let ink = if strength > 0.4 { RGBColor(255, 255, 255) } else { INK };
-    let middle = (x + cell / 2.0, y + cell / 2.0);
-    let has_room = cell > 52.0;
-    let up = if has_room { 7.0 } else { 0.0 };
+    let middle = (at.0 + cell / 2.0, at.1 + cell / 2.0);
+    let interval = interval.filter(|_| cell > WITH_INTERVALS);
+    let up = if interval.is_some() { 7.0 } else { 0.0 };
     let text = format!("{probability:.2}");
     write(area, &text, (middle.0, middle.1 - up), &font(NORMAL, ink, HPos::Center))?;
-    if has_room {
+    if let Some(interval) = interval {
         // Without its zeros it has a place in a cell.
         let text = format!("{:.2}–{:.2}", interval.low, interval.high).replace("0.", ".");
         write(area, &text, (middle.0, middle.1 + 11.0), &font(12.0, ink, HPos::Center))?;
@@ -330,6 +348,7 @@ fn shade(probability: f64) -> RGBColor {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::example::run_of;
 
     #[test]
     fn dots_lie_beside_each_other() {
@@ -339,6 +358,21 @@ mod tests {
         let many = offsets(&[0.5; 30], &y, 100.0, 20.0);
         assert!(many.iter().all(|x| x.abs() <= 20.0));
         assert!(many.contains(&20.0));
+    }
+
+    #[test]
+    fn what_cannot_be_told_is_not_drawn() {
+        let of = |n: usize| {
+            let settings =
+                ["a", "b"].map(|name| (name, (0..n).map(|i| vec![i as f64; 20]).collect()));
+            draw(&run_of(&settings), &Options::default()).unwrap()
+        };
+        let (one, two, six) = (of(1), of(2), of(6));
+        assert!(one.svg.contains("\ninstance\n") && !one.svg.contains("\n0.50\n"));
+        assert!(two.svg.contains("\n0.50\n") && !two.svg.contains('–'));
+        assert!(six.svg.contains("\n0.50\n") && six.svg.contains('–'));
+        assert!(one.caption.contains("One instance") && !two.caption.contains("One instance"));
+        assert!(two.caption.contains("Fewer than 6 instances") && !six.caption.contains("Fewer"));
     }
 
     #[test]

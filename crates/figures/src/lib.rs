@@ -42,6 +42,7 @@ mod final_values;
 mod learning_curves;
 mod numbers;
 mod outcome;
+mod plain;
 mod results;
 mod robot;
 mod scatter;
@@ -55,9 +56,11 @@ use std::path::PathBuf;
 
 pub use contacts::Contacts;
 pub use numbers::grouped;
-pub use outcome::{Choice, Outcome, best_and_median};
+pub use outcome::{Choice, Outcome, best_and_median, tenth_of};
+pub use plain::plain;
 pub use results::{Instance, Omitted, Results, Setting};
 pub use tables::Table;
+pub use tables::caveats;
 
 use outcome::choice;
 

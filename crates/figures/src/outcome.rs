@@ -30,6 +30,12 @@ const LEVEL: f64 = 0.05;
 /// Of a window, for the t-test.
 const BATCHES: usize = 10;
 
+/// The updates of an early and of a late window: a tenth of these, at least 1.
+#[must_use]
+pub fn tenth_of(updates: u64) -> u64 {
+    (updates / 10).max(1)
+}
+
 /// What an instance came to. R_Loc in metres for each control step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outcome {
@@ -55,9 +61,11 @@ struct Windows {
 }
 
 impl Outcome {
-    /// Fills in the outcomes of all instances.
+    /// Fills in the run's window and the outcomes of all instances.
     pub(super) fn judge(run: &mut Results) {
-        let (window, longest) = (run.window, run.longest());
+        let longest = run.longest();
+        let window = tenth_of(longest as u64) as usize;
+        run.window = window;
         let gain = |instance: &Instance| {
             let values = &instance.locomotion_m;
             let windows = Windows::of(values, window);

@@ -18,7 +18,7 @@ const LARGEST: f64 = 1e100;
 /// What a run has recorded so far.
 #[derive(Clone, Debug)]
 pub struct Results {
-    /// Its folder.
+    /// The run's folder.
     pub folder: PathBuf,
     /// The settings that have an instance, in the order of the sweep.
     pub settings: Vec<Setting>,
@@ -30,7 +30,7 @@ pub struct Results {
 /// The instances of one setting.
 #[derive(Clone, Debug)]
 pub struct Setting {
-    /// As its folder is named, `xi=0.75,power=2`.
+    /// The name of its folder, `xi=0.75,power=2`.
     pub name: String,
     /// Those that have an update, in the order of their seeds in the experiment.
     pub instances: Vec<Instance>,
@@ -39,9 +39,9 @@ pub struct Setting {
 /// One training instance. Its columns have one value an update, at least one.
 #[derive(Clone, Debug)]
 pub struct Instance {
-    /// As it's called, `xi=0.75/seed=3`.
+    /// The name of its cell, `xi=0.75/seed=3`.
     pub cell: String,
-    /// Its seed.
+    /// The seed that its random numbers come from.
     pub seed: u64,
     /// The cell's folder.
     pub folder: PathBuf,
@@ -51,7 +51,7 @@ pub struct Instance {
     pub information_nats: Vec<f64>,
     /// R_Loc, metres for each control step.
     pub locomotion_m: Vec<f64>,
-    /// What it came to.
+    /// The outcome of its training so far.
     pub outcome: Outcome,
     /// The feet of the last control steps; only read for instances that [`best_and_median`] has.
     ///
@@ -123,7 +123,6 @@ impl Results {
             return Err(Error::Empty { folder: folder.into(), omitted });
         }
         let mut read = Self { folder: folder.into(), settings, window: 1 };
-        read.window = (read.longest() / 10).max(1);
         Outcome::judge(&mut read);
         read.read_contacts(&mut omitted);
         Ok((read, omitted))
@@ -165,7 +164,7 @@ impl Setting {
 }
 
 impl Instance {
-    /// Updates done.
+    /// The number of updates done.
     #[must_use]
     pub fn updates(&self) -> usize {
         self.locomotion_m.len()

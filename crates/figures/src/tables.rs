@@ -10,8 +10,8 @@
 use super::{
     Instance, Results, Setting,
     statistics::{
-        Interval, bootstrap, interquartile_mean, mean, pearson, probability_of_improvement,
-        quantile, sorted,
+        FEWEST_FOR_INTERVAL, Interval, bootstrap, interquartile_mean, mean, pearson,
+        probability_of_improvement, quantile, sorted,
     },
 };
 
@@ -50,6 +50,59 @@ impl Table {
 
 fn number(value: f64) -> String {
     if value.is_finite() { format!("{value:?}") } else { String::new() }
+}
+
+/// A statistic of some instances, with its interval if they are enough for one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Estimate {
+    pub(super) value: f64,
+    pub(super) interval: Option<Interval>,
+}
+
+impl Estimate {
+    /// Of some strata of instances.
+    fn of<const N: usize>(
+        strata: [&[f64]; N],
+        n_replicates: usize,
+        statistic: impl Fn([&[f64]; N]) -> f64,
+    ) -> Self {
+        let enough = strata.iter().all(|stratum| stratum.len() >= FEWEST_FOR_INTERVAL);
+        let interval = enough.then(|| {
+            bootstrap(&strata, n_replicates, |drawn| {
+                statistic(std::array::from_fn(|i| drawn[i].as_slice()))
+            })
+        });
+        Self { value: statistic(strata), interval }
+    }
+
+    /// Of what is left to 1.
+    fn complement(self) -> Self {
+        let interval = self
+            .interval
+            .map(|Interval { low, high }| Interval { low: 1.0 - high, high: 1.0 - low });
+        Self { value: 1.0 - self.value, interval }
+    }
+
+    /// Value, lower end, upper end.
+    fn cells(this: Option<Self>) -> [String; 3] {
+        let end = |of: fn(Interval) -> f64| {
+            this.and_then(|it| it.interval).map_or(String::new(), |it| number(of(it)))
+        };
+        let value = this.map_or(String::new(), |it| number(it.value));
+        [value, end(|it| it.low), end(|it| it.high)]
+    }
+}
+
+/// What can't be told of settings with few instances, in sentences.
+pub fn caveats(run: &Results) -> Vec<String> {
+    let any = |few: fn(usize) -> bool| run.settings.iter().any(|it| few(it.instances.len()));
+    let one = "One instance of a setting gives neither an interval nor a probability.";
+    let few = format!(
+        "Fewer than {FEWEST_FOR_INTERVAL} instances give no 95 % interval: with a probability of \
+         2^(1-n), more than 5 %, all n lie on one side of the median."
+    );
+    let one = any(|n| n == 1).then(|| one.to_owned());
+    one.into_iter().chain(any(|n| (2..FEWEST_FOR_INTERVAL).contains(&n)).then_some(few)).collect()
 }
 
 fn told(value: Option<bool>) -> String {
@@ -104,7 +157,7 @@ pub(super) fn settings(run: &Results) -> Table {
     ];
     let row = |setting: &Setting| {
         let values = sorted(&setting.last());
-        let (iqm, interval) = iqm(setting);
+        let [iqm, low, high] = Estimate::cells(Some(iqm(setting)));
         let behind = setting.instances.iter().filter(|it| it.outcome.is_behind).count();
         vec![
             setting.name.clone(),
@@ -114,9 +167,9 @@ pub(super) fn settings(run: &Results) -> Table {
             number(quantile(&values, 1.0)),
             number(mean(&values)),
             number(quantile(&values, 0.5)),
-            number(iqm),
-            number(interval.low),
-            number(interval.high),
+            iqm,
+            low,
+            high,
             number(share(setting, |it| it.outcome.progressed.map(|it| !it))),
             number(share(setting, |it| it.outcome.collapsed)),
         ]
@@ -131,24 +184,22 @@ pub(super) fn share(setting: &Setting, of: fn(&Instance) -> Option<bool>) -> f64
 }
 
 /// The interquartile mean of the last window's R_Loc over a setting's instances.
-pub(super) fn iqm(setting: &Setting) -> (f64, Interval) {
-    let values = setting.last();
-    let interval = bootstrap(&[&values], IQM_REPLICATES, |drawn| interquartile_mean(&drawn[0]));
-    (interquartile_mean(&values), interval)
+pub(super) fn iqm(setting: &Setting) -> Estimate {
+    Estimate::of([&setting.last()], IQM_REPLICATES, |[values]| interquartile_mean(values))
 }
 
-/// The probability that an instance of setting `i` has a higher last window than one of setting `j`.
-pub(super) fn improvement_of(settings: &[Setting], i: usize, j: usize) -> (f64, Interval) {
+/// The probability that an instance of setting `i` has a higher last window than one of setting `j`;
+/// none if either has one instance only.
+pub(super) fn improvement_of(settings: &[Setting], i: usize, j: usize) -> Option<Estimate> {
     if i > j {
         // So that the two directions agree: other random numbers would give another interval.
-        let (probability, Interval { low, high }) = improvement_of(settings, j, i);
-        return (1.0 - probability, Interval { low: 1.0 - high, high: 1.0 - low });
+        return improvement_of(settings, j, i).map(Estimate::complement);
     }
     let [x, y] = [i, j].map(|it| settings[it].last());
-    let interval = bootstrap(&[&x, &y], IMPROVEMENT_REPLICATES, |drawn| {
-        probability_of_improvement(&drawn[0], &drawn[1])
-    });
-    (probability_of_improvement(&x, &y), interval)
+    (x.len() > 1 && y.len() > 1).then(|| {
+        let strata = [x.as_slice(), y.as_slice()];
+        Estimate::of(strata, IMPROVEMENT_REPLICATES, |[x, y]| probability_of_improvement(x, y))
+    })
 }
 
 pub(super) fn improvement(run: &Results) -> Table {
@@ -158,10 +209,8 @@ pub(super) fn improvement(run: &Results) -> Table {
         .flat_map(|i| (0..settings.len()).map(move |j| (i, j)))
         .filter(|(i, j)| i != j);
     let row = |(i, j): (usize, usize)| {
-        let (probability, interval) = improvement_of(settings, i, j);
         let names = [&settings[i], &settings[j]].map(|it| it.name.clone());
-        let numbers = [probability, interval.low, interval.high].map(number);
-        names.into_iter().chain(numbers).collect()
+        names.into_iter().chain(Estimate::cells(improvement_of(settings, i, j))).collect()
     };
     Table { name: "improvement", header, rows: pairs.map(row).collect() }
 }
@@ -219,22 +268,53 @@ mod tests {
         assert_eq!(column(&table, "R_Loc_median_m"), ["2.5", "2.0"]);
         // Without the 1 and the 10.
         assert_eq!(column(&table, "R_Loc_IQM_m"), ["2.5", "2.0"]);
-        assert_eq!(column(&table, "R_Loc_IQM_low_m")[1], "2.0");
+        assert_eq!(column(&table, "R_Loc_IQM_low_m"), ["", ""], "too few for an interval");
         assert_eq!(column(&table, "window_updates"), ["2", "2"]);
         // The largest gain is 10, so that a gain of 1 just counts.
         assert_eq!(column(&table, "share_without_significant_progress"), ["0.0", "0.0"]);
         assert_eq!(column(&table, "share_collapsed"), ["0.0", "0.0"]);
     }
 
+    /// Settings with last windows of 0 to n - 1.
+    fn counting(settings: &[(&str, usize)]) -> Results {
+        let curves = |n: usize| (0..n).map(|last| curve(0.0, last as f64)).collect();
+        run_of(&settings.iter().map(|&(name, n)| (name, curves(n))).collect::<Vec<_>>())
+    }
+
     #[test]
     fn improvement_is_of_one_setting_over_another() {
-        let table = improvement(&run());
-        assert_eq!(column(&table, "setting"), ["a", "b,c=\"d\""]);
-        // Of 1, 2, 3 and 10 two are larger than 2 and one is as large.
-        assert_eq!(column(&table, "probability"), ["0.625", "0.375"]);
+        let table = improvement(&counting(&[("a", 6), ("b", 8)]));
+        assert_eq!(column(&table, "setting"), ["a", "b"]);
+        // Of the pairs of 0 to 5 with 0 to 7, 6 are equal, and in 15 the first is larger.
+        assert_eq!(column(&table, "probability"), ["0.375", "0.625"]);
         let ends = ["low", "high"].map(|name| column(&table, name));
         let end = |i: usize, j: usize| ends[i][j].parse::<f64>().unwrap();
         assert_eq!([end(0, 1), end(1, 1)], [1.0 - end(1, 0), 1.0 - end(0, 0)]);
+        assert!(end(0, 0) < 0.375 && 0.375 < end(1, 0));
+    }
+
+    /// A single instance would give a probability of 0, 1/2 or 1 with an interval of no width, and
+    /// two an interval of all that they span.
+    #[test]
+    fn few_instances_tell_little() {
+        for n in 1..=7 {
+            let run = counting(&[("a", n), ("b", 9)]);
+            let (settings, improvement) = (settings(&run), improvement(&run));
+            let is_told = |table: &Table, name: &str| !column(table, name)[0].is_empty();
+            assert!(is_told(&settings, "R_Loc_IQM_m"));
+            assert_eq!(is_told(&improvement, "probability"), n > 1, "{n}");
+            for name in ["R_Loc_IQM_low_m", "R_Loc_IQM_high_m"] {
+                assert_eq!(is_told(&settings, name), n > 5, "{name} of {n}");
+            }
+            assert!(!column(&settings, "R_Loc_IQM_low_m")[1].is_empty());
+            for name in ["low", "high"] {
+                let told = column(&improvement, name).iter().all(|it| !it.is_empty());
+                assert_eq!(told, n > 5, "{name} of {n}");
+            }
+            let said = caveats(&run).concat();
+            assert_eq!(said.contains("One instance"), n == 1, "{said}");
+            assert_eq!(said.contains("Fewer than 6"), (2..6).contains(&n), "{said}");
+        }
     }
 
     /// R_MI is half of R_Loc in these runs.

@@ -24,7 +24,7 @@ const GRADIENT_LIMIT: f64 = 1e217;
 /// Numbers of a state before the slices: steps, sum of rewards.
 const HEAD: usize = 2;
 
-/// What an [`Estimator`] can be told.
+/// The settings of an [`Estimator`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct EstimatorSettings {

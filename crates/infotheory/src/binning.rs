@@ -17,7 +17,7 @@ pub struct Binning {
     bits: u32,
 }
 
-/// Where a value fell.
+/// The bin that a value fell into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bin {
     /// 0 ..= n_bins - 1, from -1 upwards.

@@ -54,14 +54,14 @@ pub struct Significance {
     pub observed: Information,
     /// Its mean over the shuffles: what is there by chance.
     pub shuffled_mean: Information,
-    /// Its standard deviation over the shuffles.
+    /// The standard deviation of the measure over the shuffles.
     pub shuffled_deviation: Information,
     /// How likely so much is by chance, 1 / (1 + shuffles) to 1.
     pub p_value: f64,
 }
 
 impl PermutationTest {
-    /// Tests [`mutual_information`](crate::mutual_information).
+    /// Tests whether [`mutual_information`](crate::mutual_information) is more than chance gives.
     pub fn mutual_information<X: Copy + Ord, Y: Copy + Ord>(
         &self,
         x: &[X],
@@ -74,7 +74,7 @@ impl PermutationTest {
         self.run(CALL, &Triple { x, y, z })
     }
 
-    /// Tests [`conditional_mutual_information`](crate::conditional_mutual_information).
+    /// Tests whether [`conditional_mutual_information`](crate::conditional_mutual_information) is more than chance gives.
     pub fn conditional_mutual_information<X: Copy + Ord, Y: Copy + Ord, Z: Copy + Ord>(
         &self,
         x: &[X],

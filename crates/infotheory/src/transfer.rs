@@ -15,7 +15,7 @@ use crate::{
     mutual::Triple,
 };
 
-/// How many past symbols count.
+/// The numbers of past symbols that count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct History {
     /// k: symbols of the target's own past. With 0 it's ignored, and transfer entropy is the

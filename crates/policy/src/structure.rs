@@ -42,7 +42,7 @@ pub struct Group {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Inputs {
-    /// All.
+    /// Every unit sees every input.
     #[default]
     All,
     /// Those of the group.

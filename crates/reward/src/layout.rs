@@ -3,7 +3,7 @@
 /// The readings of a robot: positions first, then contacts.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SensorLayout {
-    /// Joint positions.
+    /// The number of joint positions.
     pub n_positions: usize,
     /// Contacts, of two states each.
     pub n_contacts: usize,
@@ -16,7 +16,7 @@ pub struct SensorLayout {
 /// Readings that belong together.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Group {
-    /// In the model.
+    /// The group's name in the model.
     pub name: String,
     /// Indices among the positions.
     pub positions: Vec<usize>,

@@ -13,11 +13,11 @@ pub struct RewardSettings {
     /// Subtracted from the mix for each penalised part that touches something, before `scale`; 1 %
     /// of the mix's nominal maximum.
     pub penalty: f64,
-    /// The task.
+    /// The task's part of the reward.
     pub extrinsic: ExtrinsicSettings,
-    /// The information.
+    /// The information's part of the reward.
     pub intrinsic: IntrinsicSettings,
-    /// What makes one number of both.
+    /// The rule that makes one number of both.
     pub mix: MixSettings,
 }
 

@@ -30,9 +30,9 @@ pub struct Catalogue {
 pub struct LabCell {
     /// Setting, seed and all other settings.
     pub cell: Cell,
-    /// Where its files are.
+    /// The folder with its files.
     pub folder: CellFolder,
-    /// What its checkpoints are known by.
+    /// The number that its checkpoints are known by.
     pub identity: u64,
     /// Index of its robot among the models of `manifest.json`.
     pub(crate) model: usize,
@@ -60,7 +60,7 @@ impl Catalogue {
         Self::of(Run::open(folder)?)
     }
 
-    /// Of a run that is open.
+    /// The catalogue of a run that is open.
     ///
     /// # Errors
     /// As [`Catalogue::open`].
@@ -153,7 +153,7 @@ impl Catalogue {
     /// All rows of a cell, as [`CellFolder::rows`].
     ///
     /// # Errors
-    /// As there.
+    /// As [`CellFolder::rows`].
     pub fn rows(&self, cell: &LabCell) -> Result<Vec<Row>, runs::Error> {
         self.expecting(cell, |expected| cell.folder.rows(expected))
     }

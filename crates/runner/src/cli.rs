@@ -12,7 +12,7 @@ use crate::training::SolverKind;
 #[derive(Debug, Parser)]
 #[command(name = "itarl", version, max_term_width = 100, after_help = EXIT_CODES)]
 pub struct Cli {
-    /// What to do.
+    /// The command to run.
     #[command(subcommand)]
     pub command: Command,
 }
@@ -126,7 +126,7 @@ pub struct ExperimentFile {
     pub set: Vec<String>,
 }
 
-/// Training a sweep.
+/// The arguments of `itarl train`.
 #[derive(Debug, Args)]
 pub struct Train {
     /// What to train.
@@ -135,7 +135,7 @@ pub struct Train {
     /// The run's folder [default: runs/NAME for NAME.toml]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub out: Option<PathBuf>,
-    /// How far.
+    /// How far it goes, and on how many threads.
     #[command(flatten)]
     pub work: Work,
     /// Print the cells with their indices, and train nothing
@@ -143,7 +143,7 @@ pub struct Train {
     pub list: bool,
 }
 
-/// Going on.
+/// The arguments of `itarl resume`.
 #[derive(Debug, Args)]
 pub struct Resume {
     /// The run's folder
@@ -152,12 +152,12 @@ pub struct Resume {
     /// Extend it to so many updates a cell
     #[arg(long, value_name = "N")]
     pub updates: Option<u64>,
-    /// How far.
+    /// How far it goes, and on how many threads.
     #[command(flatten)]
     pub work: Work,
 }
 
-/// Training one cell.
+/// The arguments of `itarl cell`.
 #[derive(Debug, Args)]
 pub struct Cell {
     /// What to train.
@@ -177,7 +177,7 @@ pub struct Cell {
     pub solver: SolverKind,
 }
 
-/// What was learned.
+/// The arguments of `itarl summary`.
 #[derive(Debug, Args)]
 pub struct Summary {
     /// The run's folder
@@ -223,9 +223,9 @@ pub enum Format {
 /// Some updates in a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Updates {
-    /// From 1.
+    /// The first update, counted from 1.
     pub first: u64,
-    /// Among them.
+    /// The last update, which belongs to them.
     pub last: u64,
 }
 
@@ -266,7 +266,7 @@ pub struct Rollout {
     pub policy: Option<String>,
 }
 
-/// What is watched, and as what.
+/// The arguments of `itarl replay`.
 #[derive(Debug, Args)]
 pub struct Replay {
     /// A cell's folder, or a model file
@@ -306,16 +306,16 @@ pub struct Replay {
     pub seed: u64,
 }
 
-/// In pixels.
+/// The size of a picture in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
-    /// 16 to 4096.
+    /// The width in pixels, 16 to 4096.
     pub width: usize,
-    /// 16 to 4096.
+    /// The height in pixels, 16 to 4096.
     pub height: usize,
 }
 
-/// Model files.
+/// The commands of `itarl model`.
 #[derive(Debug, Subcommand)]
 pub enum Model {
     /// Check model files, and say all that is wrong with them
@@ -336,7 +336,7 @@ pub enum Model {
     },
 }
 
-/// Measuring.
+/// The arguments of `itarl bench`.
 #[derive(Debug, Args)]
 pub struct Bench {
     /// What to measure [default: the paper's settings with Svenja]

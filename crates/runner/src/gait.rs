@@ -16,11 +16,11 @@ use config::{Document, Mismatch, Node, Problems, Rule, Value, integer, list, tex
 /// An open-loop periodic bit pattern.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Gait {
-    /// What it's called.
+    /// The gait's name.
     pub name: String,
     /// Bits of each actuator.
     pub bits: u32,
-    /// `[period][n_actuators x bits]`
+    /// The bits of each control step, `[period][n_actuators x bits]`.
     pub steps: Vec<Vec<bool>>,
 }
 
@@ -36,13 +36,13 @@ impl Gait {
     fn of(document: &Document, n_actuators: usize) -> Result<Self, Problems> {
         document.read(|gait| {
             let name = gait.required("name", text());
-            let bits = gait.or("bits", integer(1, 16), 1);
-            let length = n_actuators * bits as usize;
+            let bits = gait.optional("bits", integer(1, 16)).or((!gait.has("bits")).then_some(1));
+            let length = bits.map(|bits| n_actuators * bits as usize);
             let steps = gait.required("steps", list(Bits { length }))?;
             if steps.is_empty() {
                 gait.refuse("steps", "a list of at least one row", "none");
             }
-            Some(Self { name: name?, bits: bits as u32, steps })
+            Some(Self { name: name?, bits: bits? as u32, steps })
         })
     }
 
@@ -55,14 +55,16 @@ impl Gait {
 
 /// `"0101 1100"`
 struct Bits {
-    length: usize,
+    /// None: any, where it can't be told how many an actuator has.
+    length: Option<usize>,
 }
 
 impl Rule for Bits {
     type Out = Vec<bool>;
 
     fn expected(&self) -> String {
-        format!("a text of {} digits 0 and 1", self.length)
+        let length = self.length.map_or(String::new(), |length| format!("{length} "));
+        format!("a text of {length}digits 0 and 1")
     }
 
     fn take(&self, node: &Node) -> Result<Vec<bool>, Mismatch> {
@@ -74,7 +76,8 @@ impl Rule for Bits {
         };
         let bits: Option<Vec<bool>> =
             text.chars().filter(|c| !c.is_whitespace()).map(digit).collect();
-        bits.filter(|bits| bits.len() == self.length).ok_or_else(|| self.refuse(node))
+        let fits = |bits: &Vec<bool>| self.length.is_none_or(|length| bits.len() == length);
+        bits.filter(fits).ok_or_else(|| self.refuse(node))
     }
 }
 
@@ -105,5 +108,20 @@ mod tests {
             says("name = 'x'\nbits = 2\nsteps = []"),
             "gait.toml:3:9: steps must be a list of at least one row, got none"
         );
+    }
+
+    #[test]
+    fn one_mistake_is_one_message() {
+        let says = |bits: &str, row: &str| {
+            read(&format!("name = 'x'\nbits = {bits}\nsteps = ['{row}']")).unwrap_err().to_string()
+        };
+        for (bits, shown) in [("17", "17"), ("0", "0"), ("1.5", "1.5"), ("'two'", "\"two\"")] {
+            let expected =
+                format!("gait.toml:2:8: bits must be a whole number from 1 to 16, got {shown}");
+            assert_eq!(says(bits, &"0".repeat(4 * 17)), expected);
+            // What is wrong whatever the bits should be is said, too.
+            let row = "gait.toml:3:10: steps[0] must be a text of digits 0 and 1, got \"012\"";
+            assert_eq!(says(bits, "012"), format!("{expected}\n{row}"));
+        }
     }
 }

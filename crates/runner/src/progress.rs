@@ -7,6 +7,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use figures::plain;
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use runs::{Header, Row};
 
@@ -26,7 +27,7 @@ const LINE_EVERY: Duration = Duration::from_secs(10);
 
 /// A line for people, on standard error. That nobody reads it is no reason to stop.
 pub fn tell(text: impl std::fmt::Display) {
-    let _ = writeln!(stderr(), "{text}");
+    let _ = writeln!(stderr(), "{}", plain(&text.to_string()));
 }
 
 /// How far a command has come that may take a while: nothing for the first seconds, then a bar in a
@@ -39,7 +40,7 @@ pub struct Counter {
 }
 
 impl Counter {
-    /// Of what is done with `name`.
+    /// A counter of what is done with `name`.
     #[must_use]
     pub fn new(name: String) -> Self {
         let now = Instant::now();

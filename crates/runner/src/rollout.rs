@@ -15,7 +15,7 @@ use crate::{
     session::{Episode, Solver, Transition, recorded_layout},
 };
 
-/// What decides about targets.
+/// The ways to decide about targets.
 pub enum Driver {
     /// A policy that was learned.
     Learned(Box<dyn Policy>),
@@ -75,7 +75,7 @@ impl Driver {
 /// A control step of a rollout.
 #[derive(Clone, Copy)]
 pub struct RolloutStep<'a> {
-    /// From 0; settling is over.
+    /// The control step, from 0 once the robot has settled.
     pub step: u64,
     /// What it did, and what it was worth with `xi` as at the start of training.
     pub did: Transition,
@@ -86,7 +86,7 @@ pub struct RolloutStep<'a> {
 /// What a rollout did.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Summary {
-    /// Control steps.
+    /// The number of control steps.
     pub steps: u64,
     /// Mean along the heading, in m per control step.
     pub advance_m: f64,

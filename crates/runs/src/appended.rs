@@ -25,7 +25,7 @@ pub struct Extent {
 }
 
 impl Extent {
-    /// Of an empty file.
+    /// The extent of an empty file.
     #[must_use]
     pub fn empty() -> Self {
         Self { length: 0, xxh3: xxh3_64(b"") }

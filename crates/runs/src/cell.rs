@@ -23,9 +23,9 @@ pub struct CellFolder(PathBuf);
 /// What is saved at a checkpoint.
 #[derive(Debug)]
 pub struct Snapshot<'a> {
-    /// Updates done.
+    /// The number of updates done.
     pub updates: u64,
-    /// Control steps done.
+    /// The number of control steps done.
     pub control_steps: u64,
     /// The whole state, by parts.
     pub sections: BTreeMap<String, Vec<u8>>,
@@ -41,43 +41,43 @@ impl CellFolder {
         Self(path.into())
     }
 
-    /// The folder.
+    /// The path of the folder.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.0
     }
 
-    /// `metrics.csv`
+    /// The path of `metrics.csv`.
     #[must_use]
     pub fn metrics(&self) -> PathBuf {
         self.0.join("metrics.csv")
     }
 
-    /// `checkpoint`
+    /// The path of `checkpoint`.
     #[must_use]
     pub fn checkpoint(&self) -> PathBuf {
         self.0.join("checkpoint")
     }
 
-    /// `policy.safetensors`
+    /// The path of `policy.safetensors`.
     #[must_use]
     pub fn policy(&self) -> PathBuf {
         self.0.join("policy.safetensors")
     }
 
-    /// `replay.safetensors`
+    /// The path of `replay.safetensors`.
     #[must_use]
     pub fn replay(&self) -> PathBuf {
         self.0.join("replay.safetensors")
     }
 
-    /// `failed`
+    /// The path of `failed`.
     #[must_use]
     pub fn failed(&self) -> PathBuf {
         self.0.join("failed")
     }
 
-    /// `lock`
+    /// The path of `lock`.
     #[must_use]
     pub fn lock(&self) -> PathBuf {
         self.0.join("lock")
@@ -133,7 +133,7 @@ impl OpenCell {
         Ok((Self { folder, identity: expected.identity, metrics, lock }, checkpoint))
     }
 
-    /// Its folder.
+    /// The cell's folder.
     #[must_use]
     pub fn folder(&self) -> &CellFolder {
         &self.folder

@@ -35,13 +35,13 @@ const CHECKSUM: usize = 8;
 /// What a checkpoint says without its sections.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header {
-    /// Of which cell: a hash of setting, seed and resolved settings without `learning.updates`.
+    /// The cell's identity: a hash of setting, seed and resolved settings without `learning.updates`.
     pub identity: u64,
-    /// Updates done.
+    /// The number of updates done.
     pub updates: u64,
-    /// Control steps done.
+    /// The number of control steps done.
     pub control_steps: u64,
-    /// What `metrics.csv` held.
+    /// The length and the hash of what `metrics.csv` held.
     pub metrics: Extent,
 }
 
@@ -52,7 +52,7 @@ pub struct Expected {
     pub identity: u64,
     /// `learning.updates`: it has no more.
     pub updates: u64,
-    /// `learning.steps_per_update`
+    /// The setting `learning.steps_per_update`.
     pub steps_per_update: u64,
 }
 

@@ -135,9 +135,9 @@ pub enum Error {
 pub struct Difference {
     /// What differs: a setting, as in `learning.rate`, or a file.
     pub what: String,
-    /// Its value in the folder.
+    /// The value in the folder.
     pub there: String,
-    /// Its value here.
+    /// The value that is asked for.
     pub here: String,
 }
 

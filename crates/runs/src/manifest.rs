@@ -44,19 +44,19 @@ pub struct Manifest {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Bullet {
-    /// As Bullet counts: 325 is 3.25.
+    /// The version as Bullet counts it: 325 is 3.25.
     pub version: u32,
-    /// Of its numbers.
+    /// The precision of its numbers.
     pub precision: Precision,
 }
 
-/// Of Bullet's numbers.
+/// The precision of Bullet's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Precision {
-    /// 32 bits.
+    /// Numbers have 32 bits.
     Single,
-    /// 64 bits.
+    /// Numbers have 64 bits.
     Double,
 }
 
@@ -66,7 +66,7 @@ pub enum Precision {
 pub struct FileCopy {
     /// Its name in its folder.
     pub file: String,
-    /// Of its bytes.
+    /// The hash of its bytes.
     pub xxh3: Hash,
 }
 
@@ -78,7 +78,7 @@ pub struct Cell {
     pub index: usize,
     /// The swept settings, as its folder is named; `base` if nothing is swept.
     pub setting: String,
-    /// Its seed.
+    /// The seed that its random numbers come from.
     pub seed: u64,
 }
 

@@ -28,7 +28,7 @@ const CELLS: &str = "cells";
 /// Characters that tell the temporary folders of one run apart.
 const RANDOM: usize = 6;
 
-/// What a run is made from.
+/// All that a run is made from.
 #[derive(Clone, Debug)]
 pub struct NewRun {
     /// The resolved experiment, TOML.
@@ -120,7 +120,7 @@ impl Run {
         Err(Error::Differs { path: self.folder.clone(), differences })
     }
 
-    /// Its folder.
+    /// The run's folder.
     #[must_use]
     pub fn folder(&self) -> &Path {
         &self.folder
@@ -132,13 +132,13 @@ impl Run {
         &self.experiment
     }
 
-    /// `experiment.toml`
+    /// The path of `experiment.toml`.
     #[must_use]
     pub fn experiment_path(&self) -> PathBuf {
         self.folder.join(EXPERIMENT)
     }
 
-    /// `manifest.json`
+    /// The path of `manifest.json`.
     #[must_use]
     pub fn manifest_path(&self) -> PathBuf {
         self.folder.join(MANIFEST)

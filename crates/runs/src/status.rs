@@ -26,9 +26,9 @@ pub struct CellStatus {
     pub index: usize,
     /// The swept settings, as its folder is named.
     pub setting: String,
-    /// Its seed.
+    /// The seed that its random numbers come from.
     pub seed: u64,
-    /// What it's doing.
+    /// The state that it's in.
     pub state: State,
     /// Updates in its checkpoint, from where it would go on; 0 without one.
     pub saved_updates: u64,

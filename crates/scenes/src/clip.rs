@@ -24,7 +24,7 @@ pub struct Clip {
 pub struct Task {
     /// As the paper or the experiment file calls it.
     pub name: &'static str,
-    /// Of a control step's raw value.
+    /// The unit of a control step's raw value.
     pub unit: &'static str,
 }
 
@@ -62,19 +62,19 @@ impl Clip {
         Ok(Self { title, morphology, recording, task })
     }
 
-    /// What it shows.
+    /// A title for what the clip shows.
     #[must_use]
     pub fn title(&self) -> &str {
         &self.title
     }
 
-    /// The robot.
+    /// The robot's model.
     #[must_use]
     pub fn morphology(&self) -> &Morphology {
         &self.morphology
     }
 
-    /// Its motion.
+    /// The recorded motion.
     #[must_use]
     pub fn recording(&self) -> &Recording {
         &self.recording
@@ -86,7 +86,7 @@ impl Clip {
         self.task
     }
 
-    /// Of poses.
+    /// The number of frames of poses.
     #[must_use]
     pub fn n_frames(&self) -> usize {
         self.recording.n_steps * self.recording.layout.frames_per_step
@@ -105,7 +105,7 @@ impl Clip {
         frame.saturating_sub(1).min(self.n_frames() - 1)
     }
 
-    /// Of a body's centre of mass.
+    /// The pose of a body's centre of mass in a frame.
     #[must_use]
     pub fn pose(&self, frame: usize, body: usize) -> Isometry3<f64> {
         let n_bodies = self.morphology.bodies().len();
@@ -115,7 +115,7 @@ impl Clip {
         Isometry3::from_parts(Translation3::new(x, y, z), rotation)
     }
 
-    /// Of all bodies, by mass, in m.
+    /// The centre of gravity of all bodies, in m.
     #[must_use]
     pub fn centre_of_gravity(&self, frame: usize) -> Point3<f64> {
         let bodies = self.morphology.bodies().iter().enumerate();

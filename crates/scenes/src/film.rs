@@ -57,7 +57,7 @@ impl<'a> Film<'a> {
         Self { clip, size, frames, hz, reach_m: clip.reach_m(), path }
     }
 
-    /// Pictures.
+    /// The number of pictures.
     #[must_use]
     pub fn n_pictures(&self) -> usize {
         self.frames.len()

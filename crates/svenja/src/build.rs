@@ -95,7 +95,8 @@ pub(crate) fn bullet_joint(
     };
     let locked =
         AxisSettings { stop: bullet::Stop { bounce: None, ..stop }, ..AxisSettings::locked() };
-    let only_axis = || joint.axes.first().map_or(locked, |axis| axis_settings(axis, stop));
+    let settings = |axis| axis_settings(joint.kind, axis, stop);
+    let only_axis = || joint.axes.first().map_or(locked, settings);
     let kind = match joint.kind {
         JointKind::Fixed => bullet::JointKind::Fixed,
         JointKind::Hinge => bullet::JointKind::Hinge(only_axis()),
@@ -110,7 +111,7 @@ pub(crate) fn bullet_joint(
         JointKind::Spherical => {
             let mut axes = [locked; 6];
             for axis in &joint.axes {
-                axes[bullet_axis(joint.kind, axis.about).index()] = axis_settings(axis, stop);
+                axes[bullet_axis(joint.kind, axis.about).index()] = settings(axis);
             }
             bullet::JointKind::SixDofSpring(Box::new(axes))
         }
@@ -123,12 +124,12 @@ pub(crate) fn bullet_joint(
     )
 }
 
-fn axis_settings(axis: &JointAxis, stop: bullet::Stop) -> AxisSettings {
+fn axis_settings(kind: JointKind, axis: &JointAxis, stop: bullet::Stop) -> AxisSettings {
+    // What is right in degrees may be a rounding beyond in radians.
+    let farthest = kind.farthest_deg(axis.about).to_radians();
+    let [lower, upper] = axis.stops_rad().map(|stop| stop.clamp(-farthest, farthest));
     AxisSettings {
-        range: Range::Limited {
-            lower: axis.lower_rad - axis.stop_margin_rad,
-            upper: axis.upper_rad + axis.stop_margin_rad,
-        },
+        range: Range::Limited { lower, upper },
         stop,
         motor: axis
             .servo

@@ -6,11 +6,17 @@ use config::{MOST_PROBLEMS, Place, Placed, Problem, Problems, shown, suggestion}
 use nalgebra::Unit;
 
 use crate::{
-    file::{AxisFile, BodyFile, GroupFile, JointFile, MirrorFile, ModelFile, ServoFile},
+    file::{
+        AxisFile, BodyFile, GroupFile, HeadingFile, JointFile, MirrorFile, ModelFile, ServoFile,
+    },
     morphology::{AxisId, Body, Group, Heading, Joint, JointAxis, Morphology, Servo},
+    parts::Parts,
     rotation::{Mirror, Turn},
-    shape::{Rod, Shape},
+    warn::warnings,
 };
+
+/// Of the heading's axis; the figure is ours.
+const STEEPEST_DEG: f64 = 80.0;
 
 /// # Errors
 /// All that is wrong. Parts come first: what refers to them is only looked up if they are right.
@@ -30,7 +36,7 @@ pub(crate) fn check(file: &ModelFile) -> Result<Morphology, Problems> {
     let contacts = [feet, touch].concat();
     checker.one_sensor_each(&file.feet, &file.touch);
     let penalised = checker.indices("penalised", &file.penalised, &body_names);
-    let heading = checker.find("heading: body", &file.heading.body, &body_names);
+    let heading = checker.heading(file, &bodies, &body_names);
 
     let groups = checker.groups(&file.groups, &joint_names, &body_names);
     checker.group_contacts(&groups, &contacts, &body_names);
@@ -57,12 +63,13 @@ pub(crate) fn check(file: &ModelFile) -> Result<Morphology, Problems> {
         penalised,
         heading: Heading {
             body: heading.unwrap_or_default(),
-            axis: Unit::new_unchecked(file.heading.axis),
+            axis: Unit::new_unchecked(file.heading.axis.value),
         },
         start: file.start,
         self_collision: file.self_collision,
         locomotion_scale: file.locomotion_scale,
         touch_distance_m: file.touch_distance_m,
+        warnings: warnings(file),
         groups: without_files(groups),
         joints: without_files(joints),
         bodies: without_files(bodies),
@@ -70,10 +77,10 @@ pub(crate) fn check(file: &ModelFile) -> Result<Morphology, Problems> {
 }
 
 /// Parts, or their mirror images, each with what the file says about it.
-type Made<'a, F, P> = [(&'a F, P)];
+pub(crate) type Made<'a, F, P> = [(&'a F, P)];
 type Bodies<'a> = Made<'a, BodyFile, Body>;
-type Joints<'a> = Made<'a, JointFile, Joint>;
-type Groups<'a> = Made<'a, GroupFile, Group>;
+pub(crate) type Joints<'a> = Made<'a, JointFile, Joint>;
+pub(crate) type Groups<'a> = Made<'a, GroupFile, Group>;
 
 fn without_files<F, P>(made: Vec<(&F, P)>) -> Vec<P> {
     made.into_iter().map(|(_, part)| part).collect()
@@ -142,7 +149,7 @@ impl Checker<'_> {
         kind: &str,
         known: impl Iterator<Item = &'n str>,
     ) {
-        // Looking for a likely one takes time, which a file of nonsense would multiply.
+        // Looking for a likely one takes time.
         if self.problems.len() <= MOST_PROBLEMS {
             let (found, likely) = (shown(&name.value), suggestion(&name.value, known));
             let message = format!("{what} must be the name of {kind}, got \"{found}\"{likely}");
@@ -200,7 +207,7 @@ impl Checker<'_> {
             let image = self.image_name(&body.name).map(|name| Body {
                 name,
                 pose: self.reflection().pose(&body.pose),
-                shape: mirrored(&body.shape, self.reflection()),
+                shape: body.shape.image(self.reflection()),
                 ..body.clone()
             });
             bodies.push((file, body));
@@ -310,6 +317,28 @@ impl Checker<'_> {
             }
         }
         groups
+    }
+
+    /// Where an axis points along the ground: one that points up has no heading, or has one that turns
+    /// around at the slightest tilt.
+    fn heading(
+        &mut self,
+        file: &ModelFile,
+        bodies: &Bodies<'_>,
+        names: &Names<'_>,
+    ) -> Option<usize> {
+        let HeadingFile { body, axis } = &file.heading;
+        let body = self.find("heading: body", body, names)?;
+        let direction = file.start.rotation * bodies[body].1.pose.rotation * axis.value;
+        let slope_deg = libm::atan2(direction.z, direction.xy().norm()).to_degrees();
+        if slope_deg.abs() > STEEPEST_DEG {
+            let message = format!(
+                "heading: axis must be at most {STEEPEST_DEG} degrees above or below the ground where \
+                 the robot starts, got one at {slope_deg:.0} degrees"
+            );
+            self.complain(&axis.place, message);
+        }
+        Some(body)
     }
 
     fn one_sensor_each(&mut self, feet: &[Placed<String>], touch: &[Placed<String>]) {
@@ -435,58 +464,5 @@ fn described(kind: &str, name: &str, written: &str) -> String {
         format!("{kind} '{name}'")
     } else {
         format!("{kind} '{name}' (the mirror image of '{written}')")
-    }
-}
-
-fn mirrored(shape: &Shape, mirror: Mirror) -> Shape {
-    let rod = |rod: &Rod| Rod {
-        radius_m: rod.radius_m,
-        from_m: mirror.point(&rod.from_m),
-        to_m: mirror.point(&rod.to_m),
-    };
-    match shape {
-        Shape::Box { .. } | Shape::Sphere { .. } => shape.clone(),
-        Shape::Capsule(capsule) => Shape::Capsule(rod(capsule)),
-        Shape::Cylinder(cylinder) => Shape::Cylinder(rod(cylinder)),
-    }
-}
-
-/// What sensors and actuators are named by.
-struct Parts<'a> {
-    joints: &'a Joints<'a>,
-    /// Of every group, joint and axis, by name.
-    axes: BTreeMap<String, Vec<AxisId>>,
-}
-
-impl<'a> Parts<'a> {
-    fn new(joints: &'a Joints<'a>, groups: &Groups<'_>) -> Self {
-        let mut parts = Self { joints, axes: BTreeMap::new() };
-        for id in parts.all_axes() {
-            parts.axes.insert(parts.name(id), vec![id]);
-        }
-        for (i, (_, joint)) in joints.iter().enumerate() {
-            parts.axes.insert(joint.name.clone(), parts.axes_of_joint(i).collect());
-        }
-        for (_, group) in groups {
-            let axes = group.joints.iter().flat_map(|&joint| parts.axes_of_joint(joint)).collect();
-            parts.axes.insert(group.name.clone(), axes);
-        }
-        parts
-    }
-
-    fn axis(&self, id: AxisId) -> &JointAxis {
-        &self.joints[id.joint].1.axes[id.axis]
-    }
-
-    fn name(&self, id: AxisId) -> String {
-        format!("{}/{}", self.joints[id.joint].1.name, self.axis(id).name)
-    }
-
-    fn axes_of_joint(&self, joint: usize) -> impl Iterator<Item = AxisId> + use<> {
-        (0..self.joints[joint].1.axes.len()).map(move |axis| AxisId { joint, axis })
-    }
-
-    fn all_axes(&self) -> Vec<AxisId> {
-        (0..self.joints.len()).flat_map(|joint| self.axes_of_joint(joint)).collect()
     }
 }

@@ -138,11 +138,7 @@ fn axis_cells(axis: &JointAxis) -> [String; 6] {
         name,
         degrees(axis.angle_of(-1.0)),
         degrees(axis.angle_of(1.0)),
-        format!(
-            "{} .. {}",
-            degrees(axis.lower_rad - axis.stop_margin_rad),
-            degrees(axis.upper_rad + axis.stop_margin_rad)
-        ),
+        axis.stops_rad().map(degrees).join(" .. "),
         servo(|servo| servo.speed_limit_rad_s),
         servo(|servo| servo.torque_limit_nm),
     ]

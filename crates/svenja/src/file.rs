@@ -3,7 +3,9 @@
 //! Each value is within its bounds here; whether names fit together is checked by
 //! [`crate::Morphology`].
 
-use config::{Placed, Section, above, flag, list, name, one_of, placed, text, vector, within};
+use config::{
+    Place, Placed, Section, above, flag, list, name, one_of, placed, text, vector, within,
+};
 use nalgebra::{Isometry3, Translation3, Vector3};
 
 use crate::{
@@ -45,7 +47,8 @@ pub(crate) struct ModelFile {
 
 pub(crate) struct HeadingFile {
     pub(crate) body: Placed<String>,
-    pub(crate) axis: Vector3<f64>,
+    /// Of length 1.
+    pub(crate) axis: Placed<Vector3<f64>>,
 }
 
 pub(crate) struct MirrorFile {
@@ -84,6 +87,8 @@ pub(crate) struct JointFile {
 }
 
 pub(crate) struct AxisFile {
+    /// Of its range.
+    pub(crate) place: Place,
     pub(crate) name: String,
     pub(crate) about: Turn,
     pub(crate) lower_rad: f64,
@@ -200,7 +205,8 @@ impl HeadingFile {
             heading.refuse_value("axis", "a direction, as [0.0, 1.0, 0.0] is");
             return None;
         }
-        Some(Self { body: body?, axis: axis / length })
+        let axis = Placed { value: axis / length, place: heading.place_of("axis") };
+        Some(Self { body: body?, axis })
     }
 }
 
@@ -356,7 +362,8 @@ impl JointFile {
 /// Without a kind, which is a problem already, it can't be said what is wrong with the axes.
 fn read_axes(joint: &mut Section<'_>, kind: Option<JointKind>) -> Option<Vec<AxisFile>> {
     let count = joint.count("axes");
-    let (counts, expected) = match kind? {
+    let kind = kind?;
+    let (counts, expected) = match kind {
         JointKind::Fixed => (0..=0, "absent for a fixed joint"),
         JointKind::Hinge | JointKind::SliderHinge => (1..=1, "a list of one axis"),
         JointKind::Spherical => (1..=3, "a list of one to three axes"),
@@ -365,10 +372,9 @@ fn read_axes(joint: &mut Section<'_>, kind: Option<JointKind>) -> Option<Vec<Axi
         joint.refuse("axes", expected, format!("{count} of them"));
         return None;
     }
-    let ball = kind == Some(JointKind::Spherical);
     let mut earlier: Vec<(Turn, String)> = Vec::new();
     let axes = joint.tables("axes", |axis| {
-        let read = AxisFile::read(axis, ball, count)?;
+        let read = AxisFile::read(axis, kind)?;
         if earlier.iter().any(|(about, _)| *about == read.about) {
             axis.refuse_value("about", "another direction than that of the joint's other axes");
         } else if earlier.iter().any(|(_, name)| *name == read.name) {
@@ -381,8 +387,7 @@ fn read_axes(joint: &mut Section<'_>, kind: Option<JointKind>) -> Option<Vec<Axi
 }
 
 impl AxisFile {
-    /// One of `count` axes of a joint, a spherical one if it's a `ball`.
-    fn read(axis: &mut Section<'_>, ball: bool, count: usize) -> Option<Self> {
+    fn read(axis: &mut Section<'_>, kind: JointKind) -> Option<Self> {
         let about = axis.required("about", one_of(TURNS));
         let name = axis.optional("name", name());
         let range_deg =
@@ -391,14 +396,13 @@ impl AxisFile {
         let reversed = axis.or("reversed", flag(), false);
         let servo = axis.optional("servo", part());
         let spring = axis.table("spring", |spring| read_spring(spring, range_deg));
-        if !ball && axis.has("spring") {
+        if kind != JointKind::Spherical && axis.has("spring") {
             axis.refuse("spring", "absent (only a spherical joint has springs)", "one");
         }
         let (about, range_deg) = (about?, range_deg?);
-        // Of the three angles the middle one's other half would be the same turns again.
-        let farthest_deg = if ball && count > 1 && about == Turn::Y { 90.0 } else { HALF_TURN_DEG };
-        check_range(axis, range_deg, margin_deg, farthest_deg)?;
+        check_range(axis, range_deg, margin_deg, kind.farthest_deg(about))?;
         Some(Self {
+            place: axis.place_of("range_deg"),
             name: name.unwrap_or_else(|| about.name().into()),
             about,
             lower_rad: range_deg[0].to_radians(),
@@ -424,7 +428,11 @@ fn check_range(
     } else if lower > 0.0 || upper < 0.0 {
         axis.refuse_value("range_deg", "around 0, the angle in which the model is drawn");
     } else if reach > farthest {
-        let expected = format!("from {} to {farthest} (about y, with other axes)", -farthest);
+        let expected = format!(
+            "from {} to {farthest} (about y of a spherical joint; about x or z, and in a hinge, \
+             there's no such bound)",
+            -farthest
+        );
         axis.refuse_value("range_deg", &expected);
     } else if reach + margin > farthest {
         let expected = format!("at most {farthest} less the {reach} of range_deg");

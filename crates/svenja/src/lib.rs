@@ -44,13 +44,15 @@ mod describe;
 mod file;
 mod gravity;
 mod morphology;
+mod parts;
 #[cfg(feature = "bullet")]
 mod robot;
 mod rotation;
 mod servo;
 mod shape;
+mod warn;
 
-pub use config::Problems;
+pub use config::{Problem, Problems};
 pub use describe::Describe;
 pub use gravity::centre_of_gravity_m;
 pub use morphology::{

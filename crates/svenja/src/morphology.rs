@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use config::{Document, Problems};
+use config::{Document, Problem, Problems};
 use nalgebra::{Isometry3, Unit, Vector3};
 
 use crate::{Shape, Turn, check::check, file::ModelFile};
@@ -26,6 +26,7 @@ pub struct Morphology {
     pub(crate) self_collision: bool,
     pub(crate) locomotion_scale: f64,
     pub(crate) touch_distance_m: f64,
+    pub(crate) warnings: Vec<Problem>,
 }
 
 /// A rigid body.
@@ -33,13 +34,13 @@ pub struct Morphology {
 pub struct Body {
     /// Unique among the bodies.
     pub name: String,
-    /// In kg.
+    /// The mass in kg.
     pub mass_kg: f64,
     /// Coulomb's coefficient; a contact has the product of its two bodies'.
     pub friction: f64,
     /// Red, green and blue, for display.
     pub colour: [u8; 3],
-    /// Of its centre of mass, as the model is drawn: all angles 0, before [`Morphology::start`].
+    /// The pose of its centre of mass, as the model is drawn: all angles 0, before [`Morphology::start`].
     pub pose: Isometry3<f64>,
     /// In the body's frame.
     pub shape: Shape,
@@ -50,7 +51,7 @@ pub struct Body {
 pub struct Joint {
     /// Unique among the joints.
     pub name: String,
-    /// What moves how.
+    /// The joint's kind: what it lets move.
     pub kind: JointKind,
     /// Index of a body.
     pub parent: usize,
@@ -58,16 +59,16 @@ pub struct Joint {
     pub child: usize,
     /// Where it is and how its axes lie, as the model is drawn.
     pub frame: Isometry3<f64>,
-    /// What moves; the rest is locked.
+    /// The axes that move; all others are locked.
     pub axes: Vec<JointAxis>,
     /// What happens at the ends of the axes' ranges, and to what the joint locks.
     pub stop: Stop,
 }
 
-/// What a joint lets move.
+/// The kinds of joints, by what they let move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointKind {
-    /// Nothing.
+    /// The bodies don't move against each other.
     Fixed,
     /// One rotation: Bullet's hinge.
     Hinge,
@@ -90,6 +91,14 @@ impl JointKind {
             Self::Spherical => "spherical",
         }
     }
+
+    /// How far from 0 an axis and its stops may be, in degrees. Of the three angles of Bullet's 6-dof
+    /// joint, which it has whichever of them turn, the middle one's other half would be the same
+    /// turns again.
+    #[must_use]
+    pub fn farthest_deg(self, about: Turn) -> f64 {
+        if self == Self::Spherical && about == Turn::Y { 90.0 } else { 180.0 }
+    }
 }
 
 /// A rotation of a joint: right-handed, 0 as the model is drawn.
@@ -107,13 +116,19 @@ pub struct JointAxis {
     pub stop_margin_rad: f64,
     /// Whether +1 stands for the lower end, and -1 for the upper.
     pub reversed: bool,
-    /// What drives it.
+    /// The servo that drives it, if it has one.
     pub servo: Option<Servo>,
-    /// What pulls it back.
+    /// The damped spring that pulls it back, if it has one.
     pub spring: Option<Spring>,
 }
 
 impl JointAxis {
+    /// Where the joint stops, in rad: the lower and the upper end.
+    #[must_use]
+    pub fn stops_rad(&self) -> [f64; 2] {
+        [self.lower_rad - self.stop_margin_rad, self.upper_rad + self.stop_margin_rad]
+    }
+
     /// Where -1..1 lies in the range, in rad.
     #[must_use]
     pub fn angle_of(&self, value: f64) -> f64 {
@@ -142,11 +157,11 @@ pub struct Servo {
 /// A damped spring: torque = -stiffness (angle - equilibrium) - damping rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spring {
-    /// In N m/rad.
+    /// The stiffness in N m/rad.
     pub stiffness_nm_rad: f64,
-    /// In N m s/rad.
+    /// The damping in N m s/rad.
     pub damping_nms_rad: f64,
-    /// In rad.
+    /// The position at which the spring is at rest, in rad.
     pub equilibrium_rad: f64,
 }
 
@@ -190,7 +205,7 @@ pub struct AxisId {
     pub axis: usize,
 }
 
-/// Where forward is.
+/// The body and the direction in it that say where forward is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Heading {
     /// Index of a body.
@@ -232,7 +247,13 @@ impl Morphology {
         &self.description
     }
 
-    /// All bodies.
+    /// What the file may say, and had better not: each with its place.
+    #[must_use]
+    pub fn warnings(&self) -> &[Problem] {
+        &self.warnings
+    }
+
+    /// All bodies, in the order of the file.
     #[must_use]
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
@@ -281,7 +302,7 @@ impl Morphology {
         &self.penalised
     }
 
-    /// Where forward is.
+    /// The body and the direction in it that say where forward is.
     #[must_use]
     pub fn heading(&self) -> &Heading {
         &self.heading
@@ -318,13 +339,13 @@ impl Morphology {
         self.sensors.len() + self.contacts.len()
     }
 
-    /// In kg.
+    /// The mass of all bodies together, in kg.
     #[must_use]
     pub fn total_mass_kg(&self) -> f64 {
         self.bodies.iter().map(|body| body.mass_kg).sum()
     }
 
-    /// Of joints and of the robot in space.
+    /// The degrees of freedom of the joints and of the robot in space.
     #[must_use]
     pub fn degrees_of_freedom(&self) -> usize {
         6 + self.joints.iter().map(|joint| joint.axes.len()).sum::<usize>()

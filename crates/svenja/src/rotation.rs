@@ -5,28 +5,28 @@ use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vect
 /// An axis of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Turn {
-    /// x
+    /// The x axis.
     X,
-    /// y
+    /// The y axis.
     Y,
-    /// z
+    /// The z axis.
     Z,
 }
 
 impl Turn {
-    /// Its letter.
+    /// The axis's letter.
     #[must_use]
     pub fn name(self) -> &'static str {
         ["x", "y", "z"][self.index()]
     }
 
-    /// 0, 1, 2
+    /// The axis's place in a vector: 0, 1 or 2.
     #[must_use]
     pub fn index(self) -> usize {
         self as usize
     }
 
-    /// Its direction.
+    /// The unit vector along the axis.
     #[must_use]
     pub fn unit(self) -> Vector3<f64> {
         Vector3::ith(self.index(), 1.0)

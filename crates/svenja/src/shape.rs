@@ -14,6 +14,8 @@ use std::f64::consts::PI;
 
 use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
 
+use crate::rotation::Mirror;
+
 /// What a body looks like, collides as and gets its inertia from, in the body's frame. The centre of
 /// mass is the frame's origin, wherever the shape is.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,7 +39,7 @@ pub enum Shape {
 /// A round thing from one point to another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rod {
-    /// In m.
+    /// The radius in m.
     pub radius_m: f64,
     /// One end of the axis, in m; a capsule's half ball lies beyond.
     pub from_m: Point3<f64>,
@@ -86,6 +88,20 @@ impl Shape {
         match self {
             Self::Box { .. } | Self::Sphere { .. } => UnitQuaternion::identity(),
             Self::Capsule(rod) | Self::Cylinder(rod) => rod.from_z(),
+        }
+    }
+
+    /// As a mirror shows it, in the mirrored frame.
+    pub(crate) fn image(&self, mirror: Mirror) -> Self {
+        let rod = |rod: &Rod| Rod {
+            radius_m: rod.radius_m,
+            from_m: mirror.point(&rod.from_m),
+            to_m: mirror.point(&rod.to_m),
+        };
+        match self {
+            Self::Box { .. } | Self::Sphere { .. } => self.clone(),
+            Self::Capsule(capsule) => Self::Capsule(rod(capsule)),
+            Self::Cylinder(cylinder) => Self::Cylinder(rod(cylinder)),
         }
     }
 

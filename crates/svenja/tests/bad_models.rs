@@ -102,6 +102,31 @@ fn without_a_mistake_the_worm_is_a_model() {
     Morphology::parse("worm", good).unwrap();
 }
 
+/// Each number of a model in turn is no number: nothing that follows from it is a second mistake.
+#[test]
+fn one_mistake_is_one_message() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models");
+    let mut n_numbers = 0;
+    for file in ["svenja.toml", "quadruped.toml", "biped.toml"] {
+        let text = fs::read_to_string(Path::new(folder).join(file)).unwrap();
+        let is_part = |c: char| c.is_ascii_alphanumeric() || "._+-\"#".contains(c);
+        let mut at = 0;
+        for word in text.split_inclusive(|c| !is_part(c)) {
+            let number = word.trim_end_matches(|c| !is_part(c));
+            let line = &text[text[..at].rfind('\n').map_or(0, |newline| newline + 1)..at];
+            let is_text = line.contains('#') || line.starts_with("description");
+            if number.parse::<f64>().is_ok() && line.contains('=') && !is_text {
+                let broken = format!("{}true{}", &text[..at], &text[at + number.len()..]);
+                let said = Morphology::parse(file, &broken).map(|_| ()).unwrap_err().to_string();
+                assert_eq!(said.lines().count(), 1, "{number} after {line}: {said}");
+                n_numbers += 1;
+            }
+            at += word.len();
+        }
+    }
+    assert!(n_numbers > 300, "{n_numbers}");
+}
+
 /// A file with some bytes, and what is said about it.
 fn of_bytes(bytes: impl AsRef<[u8]>) -> String {
     let folder = TempDir::new().unwrap();

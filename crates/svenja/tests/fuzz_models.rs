@@ -271,6 +271,14 @@ fn check_tree(robot: &Morphology) {
     }
 }
 
+/// What is accepted can be built.
+#[cfg(feature = "bullet")]
+fn check_spawn(robot: &Morphology) {
+    let mut world = bullet::World::new(&bullet::WorldSettings::default()).unwrap();
+    svenja::add_ground(&mut world).unwrap();
+    svenja::Robot::spawn(robot, &mut world).unwrap_or_else(|error| panic!("{error}"));
+}
+
 /// Texts of `models/`.
 fn models() -> Vec<Vec<u8>> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models");
@@ -311,6 +319,8 @@ fn a_changed_model_is_a_robot_or_gets_messages_with_places() {
         match read {
             Ok(robot) => {
                 check_morphology(&robot);
+                #[cfg(feature = "bullet")]
+                check_spawn(&robot);
                 robots.set(robots.get() + 1);
             }
             Err(problems) => {

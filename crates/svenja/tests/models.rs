@@ -32,6 +32,7 @@ fn models() -> Vec<(String, Morphology)> {
 #[test]
 fn every_robot_can_move_and_feel() {
     for (file, model) in models() {
+        assert!(model.warnings().is_empty(), "{file}: {:?}", model.warnings());
         assert!(!model.name().is_empty() && !model.description().is_empty(), "{file}");
         assert!(!model.sensors().is_empty(), "{file}: no sensors");
         assert!(!model.actuators().is_empty(), "{file}: no actuators");

@@ -20,7 +20,7 @@ use crate::{Error, check};
 /// 2^53 times 1e100 times 2e100.
 const STEP_LIMIT: f64 = 1e217;
 
-/// What [`Momentum`] can be told.
+/// The settings of [`Momentum`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MomentumSettings {

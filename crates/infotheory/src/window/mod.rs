@@ -187,7 +187,7 @@ impl Window {
         &self.settings
     }
 
-    /// Number of variables.
+    /// The number of variables.
     #[must_use]
     pub fn n_variables(&self) -> usize {
         self.variables.len()

@@ -34,7 +34,7 @@ pub struct CrbmSettings {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Connectivity {
-    /// All.
+    /// Every hidden unit is connected with every output.
     Full,
     /// Those of one actuator: a block of hidden units for each.
     PerActuator,

@@ -40,14 +40,14 @@ pub trait Intrinsic: Debug + Send {
     fn restore(&mut self, state: &[u64]) -> Result<(), Error>;
 }
 
-/// What a reading is worth.
+/// The information in a reading.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Value {
     /// By observed frequencies, the mean over sensors or groups; never negative.
     pub nats: f64,
     /// Less its bias, by Miller and Madow.
     pub nats_corrected: f64,
-    /// As it's mixed; never negative.
+    /// The value that goes into the mix; never negative.
     pub scaled: f64,
 }
 

@@ -39,7 +39,7 @@ pub struct MutualInformationSettings {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Sensors {
-    /// Joint positions.
+    /// The joint positions alone.
     Positions,
     /// Joint positions and contacts.
     All,
@@ -49,11 +49,11 @@ pub enum Sensors {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Grouping {
-    /// Each by itself.
+    /// The information of each sensor by itself, averaged.
     Sensor,
     /// Those of each of the model's groups, its legs.
     Group,
-    /// All of them.
+    /// The joint state of all sensors.
     Body,
 }
 

@@ -19,7 +19,7 @@ pub struct GeometricSettings {
     /// Share of the extrinsic part; 0.75.
     #[serde(flatten)]
     pub xi: Xi,
-    /// Of the whole, 0.01 to 100; 2.
+    /// The power of the whole, 0.01 to 100; 2.
     pub power: f64,
     /// Whether r keeps the sign of the extrinsic part at xi = 0; true.
     pub sign_at_zero_xi: bool,

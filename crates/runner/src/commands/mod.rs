@@ -20,6 +20,7 @@ use std::{
 use anyhow::Context;
 use clap::CommandFactory;
 use config::{Problem, Problems};
+use figures::plain;
 
 use crate::{
     cli::{Cli, Command, ExperimentFile},
@@ -87,7 +88,7 @@ fn open(arguments: &ExperimentFile) -> Result<Plan, Problems> {
 
 /// Prints a text and a line break.
 fn say(text: impl std::fmt::Display) -> anyhow::Result<()> {
-    print(format!("{text}\n").as_bytes())
+    print(format!("{}\n", plain(&text.to_string())).as_bytes())
 }
 
 fn print(bytes: &[u8]) -> anyhow::Result<()> {

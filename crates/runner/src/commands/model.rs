@@ -10,6 +10,9 @@ use crate::{cli::Model, progress::tell};
 pub(super) fn model(arguments: &Model) -> anyhow::Result<Outcome> {
     match arguments {
         Model::Check { files } => each(files, |file, model| {
+            for warning in model.warnings() {
+                tell(format_args!("{}: warning: {}", warning.place, warning.message));
+            }
             say(format_args!(
                 "{}: {}, {} bodies, {} actuators: fine",
                 file.display(),

@@ -21,13 +21,13 @@ pub struct LearningSettings {
     pub updates: u64,
     /// Control steps for each update, 1 to 10^9; 100.
     pub steps_per_update: u64,
-    /// Of the trace of scores, 0 to 1; 0.75.
+    /// The discount of the trace of scores, 0 to 1; 0.75.
     pub discount: f64,
     /// Factor per control step of the running average that is subtracted from rewards, 0 to 1; by
     /// default none, which is written false.
     #[serde(serialize_with = "write_or_false")]
     pub baseline: Option<f64>,
-    /// What makes steps of gradients; momentum.
+    /// The optimiser, which makes steps of gradients; momentum.
     #[serde(flatten, serialize_with = "write_optimiser")]
     pub optimiser: OptimiserSettings,
 }

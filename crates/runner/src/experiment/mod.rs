@@ -37,12 +37,12 @@ use serde::Serialize;
 /// All settings of a cell but its seed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Experiment {
-    /// For readers.
+    /// A line for readers, without effect.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub description: Option<String>,
     /// Path of the model file; absolute in a [`Plan`].
     pub model: String,
-    /// Bullet's world.
+    /// The settings of Bullet's world.
     pub physics: PhysicsSettings,
     /// When the policy acts.
     pub control: ControlSettings,
@@ -50,11 +50,11 @@ pub struct Experiment {
     pub codec: CodecSettings,
     /// What acts.
     pub policy: PolicySettings,
-    /// What it learns for.
+    /// The reward that it learns for.
     pub reward: RewardSettings,
-    /// The wind.
+    /// The perturbation of what the policy does, a wind.
     pub perturbation: PerturbationSettings,
-    /// How it learns.
+    /// The settings of the gradient and its steps.
     pub learning: LearningSettings,
     /// What is kept of the last control steps.
     pub record: RecordSettings,

@@ -3,7 +3,7 @@
 use config::{Section, count, flag, within};
 use serde::Serialize;
 
-/// How Bullet steps.
+/// The settings of Bullet's world and its steps.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PhysicsSettings {
     /// Physics steps in a second, 1 to 100,000; a whole multiple of the control frequency; 100.

@@ -35,7 +35,7 @@ pub struct Cell {
     pub index: usize,
     /// What sets it apart from the others, `xi=0.75,power=2`; `base` where nothing is swept.
     pub setting: String,
-    /// What its random numbers come from.
+    /// The seed that its random numbers come from.
     pub seed: u64,
     /// All other settings.
     pub experiment: Experiment,

@@ -1,8 +1,8 @@
 //! A run as one page that needs nothing else: what was run, what came of it, its figures, and the
 //! robots in 3-D.
 //!
-//! It's made from the recorded files alone, and the same files give the same bytes. [`facts`] says
-//! what was run, [`tables`] has the numbers, [`Report::read`] chooses what is shown in 3-D: the best
+//! It's made from the recorded files alone, and the same files give the same bytes. `facts.rs` says
+//! what was run, `tables.rs` has the numbers, [`Report::read`] chooses what is shown in 3-D: the best
 //! and the median instance of each setting.
 
 mod facts;
@@ -108,7 +108,7 @@ impl Report {
         wanted.collect()
     }
 
-    /// What was left out, and why.
+    /// The cells that were left out, and why.
     #[must_use]
     pub fn omitted(&self) -> &[Omitted] {
         &self.omitted

@@ -21,6 +21,7 @@ pub(super) fn all(results: &Results) -> Markup {
             "R_Loc in m for each control step; IQM is the interquartile mean over instances, with its 95 % "
             "bootstrap interval. Windows have " (results.window) " updates. The same tables are written by "
             code { "itarl plot" } " as CSV."
+            @for caveat in figures::caveats(results) { " " (caveat) }
         }
     }
 }

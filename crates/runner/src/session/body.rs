@@ -180,7 +180,7 @@ pub(super) fn hold(
 /// Where a robot is, and where it heads.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Whereabouts {
-    /// Of the whole robot, in m.
+    /// The centre of gravity of the whole robot, in m.
     pub centre_of_gravity_m: Point3<f64>,
     /// The heading axis in space, of length 1.
     pub heading: Vector3<f64>,

@@ -28,15 +28,15 @@ pub struct Codec {
 /// What a [`Codec`] is made for.
 #[derive(Clone, Copy, Debug)]
 pub struct CodecShape {
-    /// B for positions.
+    /// The number of bits of a position.
     pub sensor_bits: u32,
-    /// B for targets.
+    /// The number of bits of a target.
     pub actuator_bits: u32,
     /// Earlier readings that the policy sees, k.
     pub memory: usize,
-    /// Sensors of positions.
+    /// The number of sensors of positions.
     pub n_positions: usize,
-    /// Sensors of contacts.
+    /// The number of sensors of contacts.
     pub n_contacts: usize,
 }
 
@@ -91,13 +91,13 @@ impl Codec {
         &self.bins
     }
 
-    /// What the policy sees, `[n_inputs]`.
+    /// The bits that the policy sees, `[n_inputs]`.
     #[must_use]
     pub fn inputs(&self) -> &[bool] {
         &self.inputs
     }
 
-    /// B for targets.
+    /// The number of bits of a target.
     #[must_use]
     pub fn actuator_bits(&self) -> u32 {
         self.actuator.bits()

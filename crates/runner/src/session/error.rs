@@ -25,7 +25,7 @@ pub enum Error {
     /// Something that isn't the cell's fault: it can be gone on with from its checkpoint.
     #[error("{when}: {message}")]
     Interrupted {
-        /// As above.
+        /// The control step, counted from 1 after settling.
         when: String,
         /// What the world says.
         message: String,

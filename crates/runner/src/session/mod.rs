@@ -80,6 +80,7 @@ impl Session {
         if let Some(path) = experiment.initial() {
             structure::start_from(&mut *policy, path, initial.unwrap_or_default())?;
         }
+        check_room(policy.parameters().len())?;
         let learning = &experiment.learning;
         let estimator =
             EstimatorSettings { discount: learning.discount, baseline_factor: learning.baseline };
@@ -217,7 +218,7 @@ impl Session {
         self.steps == (self.updates + 1) * self.steps_per_update
     }
 
-    /// Updates done.
+    /// The number of updates done.
     #[must_use]
     pub fn updates(&self) -> u64 {
         self.updates
@@ -248,6 +249,22 @@ impl Session {
     pub fn recording(&self) -> Recording {
         self.ring.recording()
     }
+}
+
+/// Refuses parameters that there's no memory to learn and to save, where running out of it would end
+/// the program with all its cells.
+fn check_room(n_parameters: usize) -> Result<(), Error> {
+    // Parameters and score; trace and gradient; up to two for each of an optimiser's. Saving them has
+    // these five as sections, twice while the file is put together, and the export.
+    const NUMBERS: usize = 2 + 2 + 2 + 2 * 5 + 2;
+    let bytes = n_parameters.saturating_mul(NUMBERS * size_of::<f64>());
+    Vec::<u8>::new().try_reserve_exact(bytes).map_err(|_| {
+        Error::Build(format!(
+            "learning {n_parameters} parameters takes {:.0} MB, and there is no memory for them: \
+             fewer hidden units, or a shorter memory, take less",
+            bytes as f64 / 1e6
+        ))
+    })
 }
 
 /// One control step of some cells in step: readings to actions, actions to worlds, worlds to

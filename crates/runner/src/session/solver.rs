@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use bullet::{Instructions, Lockstep, LockstepCounts, LockstepTimes, World};
 
-/// Steps worlds.
+/// The solver that steps worlds, some of them together.
 #[derive(Debug)]
 pub struct Solver {
     lanes: Option<Lockstep>,

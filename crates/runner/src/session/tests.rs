@@ -1,6 +1,9 @@
 //! The loop against the paper's equations, worked out again from what was recorded.
 
-use std::{collections::BTreeMap, path::Path};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::Path,
+};
 
 use config::Document;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -302,4 +305,57 @@ fn a_checkpoint_whose_numbers_do_not_fit_each_other_is_refused() {
         refused(&|it| it.header.updates = updates, "'estimator' doesn't fit");
     }
     refused(&|it| drop(it.sections.remove("tally")), "'tally' doesn't fit: it's missing");
+}
+
+/// Where the body pitches by 60 degrees, a metre counts half: the heading's part in the XY plane isn't
+/// normalised, as the documents say.
+#[test]
+fn a_heading_that_pitches_counts_less() {
+    let (experiment, _) = crawler();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/models/crawler.toml");
+    let model = std::fs::read_to_string(path).unwrap();
+    let model = model.replace("start = {", "start = { rotation_deg = [60.0, 0.0, 0.0],");
+    let morphology = Morphology::parse("crawler.toml", &model).unwrap();
+    let body = Body::new(&experiment, &morphology).unwrap();
+    let mut before = body.whereabouts();
+    before.centre_of_gravity_m -= Vector3::new(0.3, 1.0, 0.2);
+    // Single precision.
+    assert!((body.step_since(&before, &[]).advance_m - 0.5).abs() < 1e-6);
+    for page in ["notation.md", "run-folders.md", "experiment-files.md"] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs").join(page);
+        let page = std::fs::read_to_string(path).unwrap();
+        let said =
+            page.lines().filter(|line| line.contains("displacement of the centre of gravity"));
+        assert!(page.contains("pitches") && said.count() > 0, "{page}");
+    }
+}
+
+/// `docs/run-folders.md` has the tensors that are written, whatever the kind and its connections, and
+/// no other.
+#[test]
+fn the_document_has_the_tensors_that_are_written() {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models");
+    let morphology = Morphology::open(&models.join("svenja.toml")).unwrap();
+    let tensor = |name: &str| name.rsplit('/').next().unwrap_or_default().to_owned();
+    let mut written = BTreeSet::new();
+    for settings in [
+        "kind = 'crbm'",
+        "connectivity = 'per_actuator'",
+        "connectivity = 'per_group', inputs = 'neighbours'",
+        "kind = 'modular'",
+        "kind = 'logistic'",
+    ] {
+        let text = format!("model = 'svenja.toml'\npolicy = {{ {settings} }}");
+        let experiment = Document::parse("test", &text).unwrap().read(Experiment::read).unwrap();
+        let policy = build_policy(&experiment, &morphology, 1).unwrap();
+        let bytes = policy.to_safetensors().unwrap();
+        let file = safetensors::SafeTensors::deserialize(&bytes).unwrap();
+        written.extend(file.names().iter().map(|name| tensor(name)));
+    }
+    let page = include_str!("../../../../docs/run-folders.md");
+    let (_, section) = page.split_once("\n## `policy.safetensors`\n").unwrap();
+    let section = section.split("\n## ").next().unwrap();
+    let is_tensor = |word: &String| matches!(word.trim_end_matches("_mask"), "V" | "W" | "b" | "c");
+    let named = section.split('`').skip(1).step_by(2).map(tensor).filter(is_tensor);
+    assert_eq!(named.collect::<BTreeSet<_>>(), written);
 }

@@ -10,7 +10,7 @@ use rand_chacha::{
 };
 use xxhash_rust::xxh3::xxh3_128;
 
-/// Flips bits.
+/// The perturbation: it flips bits of the action now and then.
 #[derive(Clone, Debug)]
 pub struct Wind {
     every: u64,

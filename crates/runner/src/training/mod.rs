@@ -39,6 +39,6 @@ pub struct How {
     pub solver: SolverKind,
     /// Cells that a thread steps at a time, at least 1; as many as the solver has lanes by default.
     pub lanes: Option<usize>,
-    /// How far it goes.
+    /// The limits of this call.
     pub limits: Limits,
 }

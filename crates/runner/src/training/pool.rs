@@ -34,7 +34,7 @@ pub trait Observer: Sync {
 /// How training ended.
 #[derive(Debug)]
 pub struct Trained {
-    /// Of the cells, in their order; one that wasn't begun counts as stopped.
+    /// The endings of the cells, in their order; one that wasn't begun counts as stopped.
     pub endings: Vec<Ending>,
     /// What became of the steps in lanes, all threads together.
     pub counts: LockstepCounts,

@@ -42,7 +42,7 @@ pub struct Recording {
     pub layout: Layout,
     /// Number of the oldest control step, counted from 0.
     pub first_control_step: u64,
-    /// T.
+    /// The number T of control steps.
     pub n_steps: usize,
     /// \[T x frames_per_step x n_bodies x 7\]: x y z in metres, quaternion x y z w
     pub poses: Vec<f32>,

@@ -36,11 +36,23 @@ impl Ring {
     /// An empty ring for `capacity` control steps; with 0 it takes steps and keeps none.
     ///
     /// # Errors
-    /// If that's more than there is memory for.
+    /// If there's no memory for them, and for the copies that are made when they're saved.
     pub fn new(layout: Layout, capacity: usize) -> Result<Self, Error> {
-        let too_much =
-            || Error::argument("Ring::new", "capacity", "what there is memory for", capacity);
-        let [poses, sensors, actions, contacts, terms] = layout.widths().ok_or_else(too_much)?;
+        const COPIES: usize = 4;
+        let too_many = |bytes: usize| {
+            let megabytes = bytes as f64 / 1e6;
+            let value =
+                format!("{capacity}: it takes {megabytes:.0} MB, and there is no memory for them");
+            Error::argument("Ring::new", "capacity", "what there is memory for", value)
+        };
+        let widths = layout.widths().ok_or_else(|| too_many(usize::MAX))?;
+        let [poses, sensors, actions, contacts, terms] = widths;
+        let widths = [(poses, 4), (sensors, 4), (actions, 4), (contacts, 1), (terms, 8)];
+        let step = widths.map(|(width, size)| width.saturating_mul(size));
+        let step = step.into_iter().fold(0, usize::saturating_add);
+        let bytes = step.saturating_mul(capacity).saturating_mul(1 + COPIES);
+        Vec::<u8>::new().try_reserve_exact(bytes).map_err(|_| too_many(bytes))?;
+        let too_much = || too_many(bytes);
         Ok(Self {
             capacity,
             n_pushed: 0,

@@ -58,13 +58,13 @@ impl Camera {
         Self { eye: eye.coords.cast(), forward, right, up, width, height, kind }
     }
 
-    /// In pixels.
+    /// The width of the picture in pixels.
     #[must_use]
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// In pixels.
+    /// The height of the picture in pixels.
     #[must_use]
     pub fn height(&self) -> usize {
         self.height

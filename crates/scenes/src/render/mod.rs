@@ -1,6 +1,6 @@
 //! A small ray caster: robots on the ground as pictures, with no GPU and no display.
 //!
-//! Boxes, balls, capsules and cylinders are met exactly ([`solid`]), so a silhouette is that of the
+//! Boxes, balls, capsules and cylinders are met exactly (`solid.rs`), so a silhouette is that of the
 //! shape and not of a mesh. A pixel is the mean of some rays, each of which asks several places
 //! of the sun's disc for light, which makes the shadows soft. What a ray needn't ask is found
 //! first: the balls around solids tell for each pixel which solids can be in it or shade it.
@@ -44,9 +44,9 @@ const SUN: [f32; 3] = [-0.43, -0.3, 0.85];
 /// Something to draw.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// What stands there.
+    /// The solids that are drawn.
     pub solids: Vec<Solid>,
-    /// What it stands on.
+    /// The ground that they stand on, if it's drawn.
     pub ground: Option<Ground>,
     /// What is behind everything: red, green, blue.
     pub sky: [u8; 3],

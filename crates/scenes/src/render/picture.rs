@@ -20,7 +20,7 @@ pub struct Picture {
 pub struct Ink {
     /// Red, green, blue.
     pub colour: [u8; 3],
-    /// 0 to 1.
+    /// The share of the colour that is mixed in, 0 to 1.
     pub strength: f32,
 }
 
@@ -31,13 +31,13 @@ impl Picture {
         Self { width, height, pixels: vec![colour; width * height] }
     }
 
-    /// In pixels.
+    /// The width in pixels.
     #[must_use]
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// In pixels.
+    /// The height in pixels.
     #[must_use]
     pub fn height(&self) -> usize {
         self.height
