@@ -130,10 +130,13 @@ fn is_label(value: &Value) -> bool {
 /// What a value sets.
 fn leaves(key: &str, node: &Node) -> Leaves {
     let mut leaves = Vec::new();
-    collect_leaves(key, node, &mut leaves);
-    if let Value::Table(_) = node.value {
-        let label = below(key, LABEL);
-        leaves.retain(|(path, _)| *path != label && !path.starts_with(&format!("{label}.")));
+    match &node.value {
+        Value::Table(entries) => {
+            for (inner, node) in entries.iter().filter(|(inner, _)| inner.name != LABEL) {
+                collect_leaves(&below(key, &inner.name), node, &mut leaves);
+            }
+        }
+        _ => leaves.push((key.into(), node.clone())),
     }
     leaves
 }
