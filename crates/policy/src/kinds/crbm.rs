@@ -138,7 +138,7 @@ impl Crbm {
     pub fn new(settings: &CrbmSettings, structure: &Structure) -> Result<Self, Error> {
         structure.check()?;
         let layout = settings.layout(structure)?;
-        let parameters = vec![0.0; layout.n_parameters()];
+        let parameters = crbm::zeros(layout.n_parameters())?;
         let machine = crbm::Policy::new(layout, settings.machine.sampling(), &parameters)?;
         let chains = machine.rng(0, "policy");
         Ok(Self { machine, parameters, chains })

@@ -113,7 +113,7 @@ impl Modular {
             n_inputs: structure.n_inputs(),
             n_outputs: structure.n_outputs(),
             modules,
-            parameters: vec![0.0; end],
+            parameters: crbm::zeros(end)?,
             tensors: Tensors::new("modular", tensors),
         })
     }
@@ -147,7 +147,7 @@ impl Module {
     ) -> Result<Self, Error> {
         let layout = Layout::full(inputs.len(), settings.machine.hidden_units, outputs.len())?;
         let n = layout.n_parameters();
-        let machine = crbm::Policy::new(layout, settings.machine.sampling(), &vec![0.0; n])?;
+        let machine = crbm::Policy::new(layout, settings.machine.sampling(), &crbm::zeros(n)?)?;
         Ok(Self {
             name: name.into(),
             x: vec![false; inputs.len()],
