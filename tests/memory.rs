@@ -55,6 +55,13 @@ fn fifty_million_parameters() {
 }
 
 #[test]
+fn as_many_in_each_of_six_machines() {
+    let settings =
+        "policy = { kind = \"modular\", hidden_units = 16384, memory = 100, inputs = \"all\" }";
+    is_refused(settings, &[300, 1200, 4800]);
+}
+
+#[test]
 fn a_recording_of_a_million_steps() {
     is_refused("record.steps = 1000000", &[500, 2000, 8000]);
 }

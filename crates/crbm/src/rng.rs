@@ -106,15 +106,6 @@ pub fn random_parameters(n: usize, scale: f64, seed: u64, stream: &str) -> Resul
     Ok((0..n).map(|_| scale * normals.draw()).collect())
 }
 
-/// `n` parameters that are 0.
-///
-/// # Errors
-/// If there's no memory for them.
-pub fn zeros(n: usize) -> Result<Vec<f64>, Error> {
-    check_room("zeros", n.saturating_mul(size_of::<f64>()))?;
-    Ok(vec![0.0; n])
-}
-
 /// Draws from N(0,1) by the Box-Muller transform, with `libm`'s functions: the same bits anywhere.
 struct Normals {
     uniforms: ChaCha8Rng,

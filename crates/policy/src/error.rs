@@ -26,6 +26,15 @@ pub enum Error {
         /// What doesn't fit.
         message: String,
     },
+    /// More parameters than there is memory for.
+    #[error(
+        "{parameters} parameters take {:.0} MB, and there is no memory for them",
+        8e-6 * *parameters as f64
+    )]
+    Memory {
+        /// Their number.
+        parameters: usize,
+    },
     /// Bytes that aren't the parameters of a policy.
     #[error("safetensors: {part} must be {expected}, got {value}")]
     File {
@@ -96,6 +105,14 @@ impl Error {
     }
 }
 
+/// Parameters that are 0. An allocation that fails otherwise ends the program.
+pub(crate) fn zeros(n: usize) -> Result<Vec<f64>, Error> {
+    let mut zeros = Vec::new();
+    zeros.try_reserve_exact(n).map_err(|_| Error::Memory { parameters: n })?;
+    zeros.resize(n, 0.0);
+    Ok(zeros)
+}
+
 /// A slice's length.
 pub(crate) fn check_length(
     place: &'static str,
@@ -107,4 +124,19 @@ pub(crate) fn check_length(
         return Ok(());
     }
     Err(Error::argument(place, format!("length of {argument}"), expected.to_string(), got))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_there_is_no_memory_for_is_refused_with_its_size() {
+        let message = zeros(1 << 57).unwrap_err().to_string();
+        let expected = "144115188075855872 parameters take 1152921504607 MB, and there is no \
+                        memory for them";
+        assert_eq!(message, expected);
+        assert_eq!(zeros(2).unwrap(), [0.0; 2]);
+    }
 }

@@ -13,7 +13,9 @@ use serde::Serialize;
 
 use super::{Build, MachineSettings};
 use crate::{
-    Error, Inputs, Policy, Structure, error::check_length, policy::check_act,
+    Error, Inputs, Policy, Structure,
+    error::{check_length, zeros},
+    policy::check_act,
     tensors::expect_same_layout,
 };
 
@@ -138,7 +140,7 @@ impl Crbm {
     pub fn new(settings: &CrbmSettings, structure: &Structure) -> Result<Self, Error> {
         structure.check()?;
         let layout = settings.layout(structure)?;
-        let parameters = crbm::zeros(layout.n_parameters())?;
+        let parameters = zeros(layout.n_parameters())?;
         let machine = crbm::Policy::new(layout, settings.machine.sampling(), &parameters)?;
         let chains = machine.rng(0, "policy");
         Ok(Self { machine, parameters, chains })

@@ -21,7 +21,7 @@ use serde::Serialize;
 use super::Build;
 use crate::{
     Error, Policy, Structure,
-    error::check_length,
+    error::{check_length, zeros},
     policy::check_act,
     tensors::{Tensors, expect_same_layout},
 };
@@ -65,7 +65,7 @@ impl Logistic {
         let (n_inputs, n_outputs) = (structure.n_inputs(), structure.n_outputs());
         let shapes = vec![("W".into(), vec![n_outputs, n_inputs]), ("b".into(), vec![n_outputs])];
         let tensors = Tensors::new("logistic", shapes);
-        let (parameters, surprise) = (vec![0.0; tensors.n_parameters()], vec![0.0; n_outputs]);
+        let (parameters, surprise) = (zeros(tensors.n_parameters())?, vec![0.0; n_outputs]);
         let rng = named_stream(0, "policy");
         Ok(Self { n_inputs, n_outputs, parameters, tensors, rng, surprise })
     }

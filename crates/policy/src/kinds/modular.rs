@@ -19,7 +19,7 @@ use serde::Serialize;
 use super::{Build, MachineSettings};
 use crate::{
     Error, Inputs, Policy, Structure,
-    error::check_length,
+    error::{check_length, zeros},
     policy::check_act,
     tensors::{Tensors, expect_same_layout},
 };
@@ -113,7 +113,7 @@ impl Modular {
             n_inputs: structure.n_inputs(),
             n_outputs: structure.n_outputs(),
             modules,
-            parameters: crbm::zeros(end)?,
+            parameters: zeros(end)?,
             tensors: Tensors::new("modular", tensors),
         })
     }
@@ -147,7 +147,7 @@ impl Module {
     ) -> Result<Self, Error> {
         let layout = Layout::full(inputs.len(), settings.machine.hidden_units, outputs.len())?;
         let n = layout.n_parameters();
-        let machine = crbm::Policy::new(layout, settings.machine.sampling(), &crbm::zeros(n)?)?;
+        let machine = crbm::Policy::new(layout, settings.machine.sampling(), &zeros(n)?)?;
         Ok(Self {
             name: name.into(),
             x: vec![false; inputs.len()],
