@@ -105,5 +105,5 @@ pub use exact::{Exact, MAX_ENUMERATED};
 pub use layout::{Layout, MAX_PARAMETER, MAX_UNITS};
 pub use mask::Mask;
 pub use policy::{Policy, Sampling};
-pub use rng::{ChainRng, named_stream, random_parameters};
+pub use rng::{ChainRng, random_parameters};
 pub use simd::Instructions;

@@ -3,14 +3,10 @@
 //! xoshiro128++ (Blackman and Vigna, Scrambled Linear Pseudorandom Number Generators, 2021) has
 //! period 2^128 - 1 and passes BigCrush; it takes additions, shifts and exclusive ors of 32-bit
 //! words, so that 16 of them run in one AVX-512 register. The states of a stream's generators are
-//! the words of ChaCha8 in turn, with the seed and a hash of the stream's name as its key: that two
-//! of 64 generators meet within 2^45 draws each has a probability below 2^-70.
+//! the words of the named stream in turn: that two of 64 generators meet within 2^45 draws each has a probability below 2^-70.
 
-use rand_chacha::{
-    ChaCha8Rng,
-    rand_core::{Rng, SeedableRng},
-};
-use xxhash_rust::xxh3::xxh3_128;
+use rand_chacha::rand_core::Rng;
+use streams::Normals;
 
 use crate::{Error, error::check_room, layout::MAX_PARAMETER, simd::LANES};
 
@@ -33,7 +29,7 @@ pub struct ChainRng {
 impl ChainRng {
     /// A stream's start, with generators for at least `n_chains` chains: the next multiple of 16.
     pub fn new(seed: u64, stream: &str, n_chains: usize) -> Self {
-        let mut words = named_stream(seed, stream);
+        let mut words = streams::named(seed, stream);
         let groups = (0..n_chains.div_ceil(LANES)).map(|_| {
             let mut group = [Words([0; LANES]); 4];
             for lane in 0..LANES {
@@ -106,40 +102,6 @@ pub fn random_parameters(n: usize, scale: f64, seed: u64, stream: &str) -> Resul
     Ok((0..n).map(|_| scale * normals.draw()).collect())
 }
 
-/// Draws from N(0,1) by the Box-Muller transform, with `libm`'s functions: the same bits anywhere.
-struct Normals {
-    uniforms: ChaCha8Rng,
-    /// Half of the last pair.
-    spare: Option<f64>,
-}
-
-impl Normals {
-    fn new(seed: u64, stream: &str) -> Self {
-        Self { uniforms: named_stream(seed, stream), spare: None }
-    }
-
-    fn draw(&mut self) -> f64 {
-        if let Some(spare) = self.spare.take() {
-            return spare;
-        }
-        // In (0, 1], whose logarithm is finite.
-        let mut uniform = || ((self.uniforms.next_u64() >> 11) + 1) as f64 / (1u64 << 53) as f64;
-        let radius = libm::sqrt(-2.0 * libm::log(uniform()));
-        let angle = std::f64::consts::TAU * uniform();
-        self.spare = Some(radius * libm::sin(angle));
-        radius * libm::cos(angle)
-    }
-}
-
-/// The generator behind every stream: ChaCha8 with the key seed, 128-bit hash of the stream's name,
-/// zeros.
-pub fn named_stream(seed: u64, stream: &str) -> ChaCha8Rng {
-    let mut key = [0; 32];
-    key[..8].copy_from_slice(&seed.to_le_bytes());
-    key[8..24].copy_from_slice(&xxh3_128(stream.as_bytes()).to_le_bytes());
-    ChaCha8Rng::from_seed(key)
-}
-
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
@@ -178,18 +140,5 @@ mod tests {
             message(&words),
             "ChainRng::from_words: the state of chain 2 must be not all zero, got 0, 0, 0, 0"
         );
-    }
-
-    /// Of 100,000 draws: mean within 5 standard errors (false alarms: 6e-7), and variance, whose
-    /// standard error is sqrt(2/n), too.
-    #[test]
-    fn normals_have_mean_0_and_variance_1() {
-        let mut normals = Normals::new(1, "test");
-        let n = 100_000;
-        let draws: Vec<f64> = (0..n).map(|_| normals.draw()).collect();
-        let mean = draws.iter().sum::<f64>() / n as f64;
-        let variance = draws.iter().map(|draw| draw * draw).sum::<f64>() / n as f64;
-        assert!(mean.abs() < 5.0 / (n as f64).sqrt(), "{mean}");
-        assert!((variance - 1.0).abs() < 5.0 * (2.0 / n as f64).sqrt(), "{variance}");
     }
 }

@@ -45,7 +45,7 @@ impl LabCell {
     #[must_use]
     pub fn expected(&self) -> Expected {
         let learning = &self.cell.experiment.learning;
-        let (updates, steps_per_update) = (learning.updates, learning.steps_per_update);
+        let (updates, steps_per_update) = (learning.updates, learning.control_steps_per_update());
         Expected { identity: self.identity, updates, steps_per_update }
     }
 }

@@ -106,7 +106,7 @@ fn name(cell: &LabCell) -> String {
 /// Control steps that a cell is to have.
 fn all_steps(cell: &LabCell) -> u64 {
     let learning = &cell.cell.experiment.learning;
-    learning.updates.saturating_mul(learning.steps_per_update)
+    learning.updates.saturating_mul(learning.control_steps_per_update())
 }
 
 /// `update 120/300  R 1.2e-5  R_MI 0.031 nats  R_Loc 0.0042 m`
@@ -209,7 +209,7 @@ impl Observer for Bars {
         );
         line.set_prefix(name(cell));
         let learning = &cell.cell.experiment.learning;
-        let updates = control_steps / learning.steps_per_update;
+        let updates = control_steps / learning.control_steps_per_update();
         line.set_message(format!("update {updates}/{}", learning.updates));
         lock(&self.cells).insert(cell.cell.index, line);
     }

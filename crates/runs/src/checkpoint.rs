@@ -52,7 +52,7 @@ pub struct Expected {
     pub identity: u64,
     /// `learning.updates`: it has no more.
     pub updates: u64,
-    /// The setting `learning.steps_per_update`.
+    /// Control steps of an update, in all worlds of the cell together.
     pub steps_per_update: u64,
 }
 

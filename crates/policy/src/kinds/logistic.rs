@@ -11,7 +11,6 @@
 //! `[n_outputs x n_inputs]`, row-major, then b, `[n_outputs]`.
 
 use config::Section;
-use crbm::named_stream;
 use rand_chacha::{
     ChaCha8Rng,
     rand_core::{Rng, SeedableRng},
@@ -66,7 +65,7 @@ impl Logistic {
         let shapes = vec![("W".into(), vec![n_outputs, n_inputs]), ("b".into(), vec![n_outputs])];
         let tensors = Tensors::new("logistic", shapes);
         let (parameters, surprise) = (zeros(tensors.n_parameters())?, vec![0.0; n_outputs]);
-        let rng = named_stream(0, "policy");
+        let rng = streams::named(0, "policy");
         Ok(Self { n_inputs, n_outputs, parameters, tensors, rng, surprise })
     }
 
@@ -135,7 +134,7 @@ impl Policy for Logistic {
     }
 
     fn draw_from(&mut self, seed: u64, stream: &str) {
-        self.rng = named_stream(seed, stream);
+        self.rng = streams::named(seed, stream);
     }
 
     /// The generator's key, eight words, and how many of its words are drawn, in three.

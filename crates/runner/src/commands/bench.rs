@@ -89,7 +89,7 @@ pub(super) fn bench(arguments: &Bench) -> anyhow::Result<Outcome> {
 struct Crew {
     solver: Solver,
     sessions: Vec<Session>,
-    /// Control steps of all cells: those measured, and those with the ones in which they settled.
+    /// Control steps of all worlds: those measured, and those with the ones in which they settled.
     steps: u64,
     all_steps: u64,
     total: Duration,
@@ -124,22 +124,26 @@ impl Crew {
                 session.learn()?;
             }
         }
-        self.all_steps += self.sessions.len() as u64;
+        self.all_steps += self.worlds();
         Ok(())
+    }
+
+    fn worlds(&self) -> u64 {
+        self.sessions.iter().map(|session| session.worlds() as u64).sum()
     }
 
     fn policy_time(&self) -> Duration {
         self.sessions.iter().map(Session::policy_time).sum()
     }
 
-    /// A block; seconds for a control step of a cell.
+    /// A block; seconds for a control step of a world.
     fn run(&mut self) -> anyhow::Result<f64> {
         let (start, physics, policy) = (Instant::now(), self.solver.time(), self.policy_time());
         for _ in 0..BLOCK {
             self.step()?;
         }
         let time = start.elapsed();
-        let steps = BLOCK * self.sessions.len() as u64;
+        let steps = BLOCK * self.worlds();
         self.steps += steps;
         self.total += time;
         self.physics += self.solver.time() - physics;

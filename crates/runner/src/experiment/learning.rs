@@ -5,7 +5,7 @@
 //! paper's optimiser, `momentum`, stand in `learning` itself, those of another one in a table of
 //! its name, as in `learning.adam.rate`.
 
-use config::{Mismatch, Node, Rule, Section, count, number, one_of, or_false, within};
+use config::{Mismatch, Node, Rule, Section, count, integer, number, one_of, or_false, within};
 use gpomdp::{EstimatorSettings, OptimiserSettings};
 use serde::{Serialize, Serializer, ser::SerializeMap};
 
@@ -21,6 +21,10 @@ pub struct LearningSettings {
     pub updates: u64,
     /// Control steps for each update, 1 to 10^9; 100.
     pub steps_per_update: u64,
+    /// Worlds in which the policy acts at a time, 1 to 1024; 1. Each makes `steps_per_update` control
+    /// steps for each update.
+    #[serde(skip_serializing_if = "is_one")]
+    pub worlds: usize,
     /// The discount of the trace of scores, 0 to 1; 0.75.
     pub discount: f64,
     /// Factor per control step of the running average that is subtracted from rewards, 0 to 1; by
@@ -38,11 +42,24 @@ impl LearningSettings {
         const MOST: i64 = 1_000_000_000;
         let discount = EstimatorSettings::default().discount;
         let updates = section.or("updates", count(1, MOST), 30_000);
-        let steps_per_update = section.or("steps_per_update", count(1, MOST), 100);
+        let steps_per_update: u64 = section.or("steps_per_update", count(1, MOST), 100);
+        let worlds = section.or("worlds", integer(1, 1024), 1) as usize;
+        if steps_per_update.saturating_mul(worlds as u64) > MOST as u64 {
+            let message = format!(
+                "steps_per_update times worlds must be at most {MOST}, got {steps_per_update} x {worlds}"
+            );
+            section.complain(&section.place_of("worlds"), message);
+        }
         let discount = section.or("discount", within(0.0, 1.0), discount);
         let baseline = section.or("baseline", or_false(within(0.0, 1.0)), None);
         let optimiser = read_optimiser(section)?;
-        Some(Self { updates, steps_per_update, discount, baseline, optimiser })
+        Some(Self { updates, steps_per_update, worlds, discount, baseline, optimiser })
+    }
+
+    /// Control steps of an update, in all worlds together.
+    #[must_use]
+    pub fn control_steps_per_update(&self) -> u64 {
+        self.steps_per_update * self.worlds as u64
     }
 }
 
@@ -165,6 +182,12 @@ impl Rule for Anything {
     fn take(&self, _: &Node) -> Result<(), Mismatch> {
         Ok(())
     }
+}
+
+/// One world isn't written: what cells are told apart by stays what it was before there were several.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "what serde calls")]
+fn is_one(worlds: &usize) -> bool {
+    *worlds == 1
 }
 
 /// Writes what [`or_false`] reads.

@@ -70,12 +70,13 @@ fn time(plan: &Plan, cells: &[CellStatus]) -> String {
     let steps = settings
         .clone()
         .zip(cells)
-        .map(|(it, cell)| cell.updates().saturating_mul(it.learning.steps_per_update));
+        .map(|(it, cell)| cell.updates().saturating_mul(it.learning.control_steps_per_update()));
     let steps = steps.fold(0, u64::saturating_add);
     let seconds: f64 = settings
         .zip(cells)
         .map(|(it, cell)| {
-            cell.updates() as f64 * it.learning.steps_per_update as f64 / it.control.frequency_hz
+            cell.updates() as f64 * it.learning.control_steps_per_update() as f64
+                / it.control.frequency_hz
         })
         .sum();
     let [done, steps] = [done, steps].map(grouped);

@@ -34,7 +34,7 @@ pub enum Error {
     #[error("the checkpoint's section '{section}' doesn't fit: {message}")]
     Checkpoint {
         /// Its name.
-        section: &'static str,
+        section: String,
         /// What is wrong with it.
         message: String,
     },

@@ -3,6 +3,7 @@
 //! [`control_step`] is one step of the loop for some cells in step, row by row as in
 //! ARCHITECTURE.md; after T of them, [`Session::learn`] takes a step of the optimiser.
 
+mod actor;
 mod body;
 mod codec;
 mod episode;
@@ -13,10 +14,9 @@ mod structure;
 mod tally;
 mod wind;
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use gpomdp::{Estimator, EstimatorSettings, Optimiser};
-use policy::Policy;
+use gpomdp::Optimiser;
 use svenja::Morphology;
 
 pub use body::{Body, Whereabouts};
@@ -30,36 +30,23 @@ pub use wind::Wind;
 use runs::{Recording, Ring, Row};
 
 use crate::experiment::Experiment;
-use tally::Tally;
+use actor::Actor;
 
-/// One training instance at work.
+/// One training instance at work: a policy that acts in some worlds at a time, and learns from all.
 pub struct Session {
+    /// T, in each world.
     steps_per_update: u64,
-    episode: Episode,
-    policy: Box<dyn Policy>,
-    wind: Wind,
-    estimator: Estimator,
+    /// One a world, at least one, all with the same parameters.
+    actors: Vec<Actor>,
     optimiser: Box<dyn Optimiser>,
+    /// Of the first world.
     ring: Ring,
-    tally: Tally,
-    /// Control steps done, settling not counted.
+    /// Control steps done in each world, settling not counted.
     steps: u64,
     updates: u64,
-    buffers: Buffers,
-    /// Spent in the policy's act and score, for `itarl bench`; no result knows it.
-    policy_time: Duration,
-}
-
-/// What passes from row to row of a control step.
-struct Buffers {
-    /// The policy's own output, `[n_outputs]`.
-    output: Vec<bool>,
-    /// What is executed of it, `[n_outputs]`.
-    action: Vec<bool>,
-    /// `[n_parameters]`
-    score: Vec<f64>,
-    /// theta on its way through the optimiser, `[n_parameters]`.
+    /// theta and its gradient on their way through the optimiser, `[n_parameters]`.
     parameters: Vec<f64>,
+    gradient: Vec<f64>,
 }
 
 impl Session {
@@ -75,73 +62,63 @@ impl Session {
         seed: u64,
     ) -> Result<Self, Error> {
         let build = |error: &dyn std::fmt::Display| Error::Build(error.to_string());
-        let episode = Episode::new(experiment, morphology).map_err(|error| build(&error))?;
+        let learning = &experiment.learning;
         let mut policy = build_policy(experiment, morphology, seed)?;
         if let Some(path) = experiment.initial() {
             structure::start_from(&mut *policy, path, initial.unwrap_or_default())?;
         }
-        check_room(policy.parameters().len())?;
-        let learning = &experiment.learning;
-        let estimator =
-            EstimatorSettings { discount: learning.discount, baseline_factor: learning.baseline };
-        let n = policy.parameters().len();
+        let parameters = policy.parameters().to_vec();
+        check_room(parameters.len(), learning.worlds)?;
+        let mut actors = vec![Actor::new(experiment, morphology, policy, seed, 0)?];
+        for world in 1..learning.worlds {
+            let mut policy = build_policy(experiment, morphology, seed)?;
+            policy.set_parameters(&parameters)?;
+            actors.push(Actor::new(experiment, morphology, policy, seed, world)?);
+        }
         let ring_layout = recorded_layout(experiment, morphology);
-        let wind = &experiment.perturbation;
         Ok(Self {
             steps_per_update: learning.steps_per_update,
-            wind: Wind::new(wind.every, wind.length, wind.flip_probability, seed),
-            estimator: Estimator::new(n, &estimator).map_err(|error| build(&error))?,
-            optimiser: learning.optimiser.build(n).map_err(|error| build(&error))?,
+            actors,
+            optimiser: learning.optimiser.build(parameters.len()).map_err(|error| build(&error))?,
             ring: Ring::new(ring_layout, experiment.record.steps as usize)
                 .map_err(|e| build(&e))?,
-            tally: Tally::default(),
             steps: 0,
             updates: 0,
-            policy_time: Duration::ZERO,
-            buffers: Buffers {
-                output: vec![false; policy.n_outputs()],
-                action: vec![false; policy.n_outputs()],
-                score: vec![0.0; n],
-                parameters: vec![0.0; n],
-            },
-            episode,
-            policy,
+            gradient: vec![0.0; parameters.len()],
+            parameters,
         })
     }
 
-    /// Before the physics of a control step: what the robot shall do.
+    /// Before the physics of a control step: what the robots shall do.
     fn before(&mut self) -> Result<(), Error> {
-        let told = if self.is_settling() { self.episode.rest() } else { self.act() };
-        told.map_err(|error| self.blew_up(error))
+        let begins = self.is_between_updates();
+        let steps = self.steps;
+        self.each_actor(|actor| actor.before(steps, begins))
     }
 
-    /// After the physics of a control step: what it was worth.
+    /// After the physics of a control step: what it was worth, and what it tells.
     fn after(&mut self) -> Result<(), Error> {
-        let taken_in = if self.is_settling() { self.episode.settle() } else { self.gain() };
-        taken_in.map_err(|error| self.blew_up(error))
-    }
-
-    /// Rows 2 to 4: bits of the readings, bits of the action with its score, targets.
-    fn act(&mut self) -> anyhow::Result<()> {
-        if self.is_between_updates() {
-            self.tally = Tally::begin(self.episode.whereabouts());
+        let is_settling = self.is_settling();
+        let updates = self.updates;
+        self.each_actor(|actor| actor.after(updates))?;
+        if !is_settling {
+            self.actors[0].record(&mut self.ring).map_err(|error| self.blew_up(error))?;
+            self.steps += 1;
         }
-        let Buffers { output, action, score, .. } = &mut self.buffers;
-        let start = Instant::now();
-        self.policy.act_and_score(self.episode.inputs(), output, score)?;
-        self.policy_time += start.elapsed();
-        action.copy_from_slice(output);
-        self.wind.perturb(self.steps, action);
-        self.episode.act(action)
+        Ok(())
     }
 
-    /// Rows 6 to 9: the new readings, what they are worth, what is learned from it and recorded.
-    fn gain(&mut self) -> anyhow::Result<()> {
-        let step = self.episode.judge(self.updates)?;
-        self.tally.add(&step);
-        self.estimator.accumulate(&self.buffers.score, step.terms.reward)?;
-        self.ring.push(self.episode.recorded(&step.terms.as_array()))?;
-        self.steps += 1;
+    /// Does something with each; the first that fails is the cell's end.
+    fn each_actor(
+        &mut self,
+        mut act: impl FnMut(&mut Actor) -> anyhow::Result<()>,
+    ) -> Result<(), Error> {
+        for world in 0..self.actors.len() {
+            act(&mut self.actors[world]).map_err(|error| Error::BlewUp {
+                when: self.now(world),
+                message: error.to_string(),
+            })?;
+        }
         Ok(())
     }
 
@@ -158,52 +135,61 @@ impl Session {
         Ok(self.row())
     }
 
-    /// The one place where parameters change.
+    /// The one place where parameters change: a step up the mean of the worlds' gradients.
     fn change_parameters(&mut self) -> anyhow::Result<()> {
-        self.tally.gradient_norm = norm(self.estimator.gradient());
-        let parameters = &mut self.buffers.parameters;
-        parameters.copy_from_slice(self.policy.parameters());
-        self.optimiser.update(parameters, self.estimator.gradient())?;
-        self.policy.set_parameters(parameters)?;
-        self.estimator.restart();
+        mean(self.actors.iter().map(|actor| actor.estimator.gradient()), &mut self.gradient);
+        self.parameters.copy_from_slice(self.actors[0].policy.parameters());
+        self.optimiser.update(&mut self.parameters, &self.gradient)?;
+        for actor in &mut self.actors {
+            actor.policy.set_parameters(&self.parameters)?;
+            actor.estimator.restart();
+        }
         self.updates += 1;
         Ok(())
     }
 
     fn row(&self) -> Row {
+        let tallies = self.actors.iter().map(|actor| (&actor.tally, actor.episode.whereabouts()));
         Row {
             update: self.updates,
-            control_steps: self.steps,
-            parameter_norm: norm(self.policy.parameters()),
-            ..self.tally.row(self.episode.whereabouts(), self.steps_per_update)
+            control_steps: self.control_steps(),
+            parameter_norm: norm(&self.parameters),
+            gradient_norm: norm(&self.gradient),
+            ..tally::row(tallies, self.steps_per_update)
         }
     }
 
     fn blew_up(&self, error: impl std::fmt::Display) -> Error {
-        Error::BlewUp { when: self.now(), message: error.to_string() }
+        Error::BlewUp { when: self.now(0), message: error.to_string() }
     }
 
     /// What a world that couldn't be stepped means for the cell.
-    fn lost(&self, error: &svenja::Error) -> Error {
+    fn lost(&self, world: usize, error: &svenja::Error) -> Error {
         use svenja::Error::{BlewUp, World};
+        let (when, message) = (self.now(world), error.to_string());
         match error {
-            BlewUp { .. } | World(bullet::Error::BlewUp { .. }) => self.blew_up(error),
-            _ => Error::Interrupted { when: self.now(), message: error.to_string() },
+            BlewUp { .. } | World(bullet::Error::BlewUp { .. }) => Error::BlewUp { when, message },
+            _ => Error::Interrupted { when, message },
         }
     }
 
-    fn now(&self) -> String {
+    /// In one of its worlds, which is told only where there are several.
+    fn now(&self, world: usize) -> String {
+        let place = match self.actors.len() {
+            1 => String::new(),
+            _ => format!("world {}, ", world + 1),
+        };
         if self.is_settling() {
-            format!("settling, control step {}", self.episode.settled_steps() + 1)
+            format!("{place}settling, control step {}", self.actors[0].episode.settled_steps() + 1)
         } else {
-            format!("control step {} (update {})", self.steps + 1, self.updates + 1)
+            format!("{place}control step {} (update {})", self.steps + 1, self.updates + 1)
         }
     }
 
     /// Whether the robot has yet to come to rest before the first control step.
     #[must_use]
     pub fn is_settling(&self) -> bool {
-        self.episode.is_settling()
+        self.actors[0].episode.is_settling()
     }
 
     /// Whether it stands between two updates, or before the first.
@@ -224,16 +210,22 @@ impl Session {
         self.updates
     }
 
-    /// Control steps done, settling not counted.
+    /// Control steps done in all of its worlds together, settling not counted.
     #[must_use]
     pub fn control_steps(&self) -> u64 {
-        self.steps
+        self.steps * self.worlds() as u64
+    }
+
+    /// Worlds that it has.
+    #[must_use]
+    pub fn worlds(&self) -> usize {
+        self.actors.len()
     }
 
     /// Spent so far in the policy's act and score.
     #[must_use]
     pub fn policy_time(&self) -> Duration {
-        self.policy_time
+        self.actors.iter().map(|actor| actor.policy_time).sum()
     }
 
     /// The policy as a safetensors file.
@@ -241,10 +233,10 @@ impl Session {
     /// # Errors
     /// Parameters that blew up.
     pub fn policy_file(&self) -> Result<Vec<u8>, Error> {
-        self.policy.to_safetensors().map_err(|error| self.blew_up(error))
+        self.actors[0].policy.to_safetensors().map_err(|error| self.blew_up(error))
     }
 
-    /// The last control steps.
+    /// The last control steps, in its first world.
     #[must_use]
     pub fn recording(&self) -> Recording {
         self.ring.recording()
@@ -253,15 +245,18 @@ impl Session {
 
 /// Refuses parameters that there's no memory to learn and to save, where running out of it would end
 /// the program with all its cells.
-fn check_room(n_parameters: usize) -> Result<(), Error> {
-    // Parameters and score; trace and gradient; up to two for each of an optimiser's. Saving them has
-    // these five as sections, twice while the file is put together, and the export.
-    const NUMBERS: usize = 2 + 2 + 2 + 2 * 5 + 2;
-    let bytes = n_parameters.saturating_mul(NUMBERS * size_of::<f64>());
+fn check_room(n_parameters: usize, worlds: usize) -> Result<(), Error> {
+    // Parameters and gradient; up to two for each of an optimiser's. Saving them has these as
+    // sections, twice while the file is put together, and the export.
+    const NUMBERS: usize = 2 + 2 + 2 * 3 + 2;
+    // Parameters, score, trace and gradient; the last two as sections, twice.
+    const OF_A_WORLD: usize = 4 + 2 * 2;
+    let numbers = OF_A_WORLD.saturating_mul(worlds).saturating_add(NUMBERS);
+    let bytes = n_parameters.saturating_mul(numbers).saturating_mul(size_of::<f64>());
     Vec::<u8>::new().try_reserve_exact(bytes).map_err(|_| {
         Error::Build(format!(
             "learning {n_parameters} parameters takes {:.0} MB, and there is no memory for them: \
-             fewer hidden units, or a shorter memory, take less",
+             fewer hidden units, a shorter memory, or fewer worlds take less",
             bytes as f64 / 1e6
         ))
     })
@@ -273,13 +268,28 @@ pub fn control_step(sessions: &mut [&mut Session], solver: &mut Solver) -> Vec<R
     let mut results: Vec<_> = sessions.iter_mut().map(|session| session.before()).collect();
     let mut well: Vec<_> =
         sessions.iter_mut().zip(&mut results).filter(|(_, result)| result.is_ok()).collect();
-    let mut episodes: Vec<&mut Episode> =
-        well.iter_mut().map(|(session, _)| &mut session.episode).collect();
-    let held = hold(&mut episodes, solver);
-    for ((session, result), held) in well.into_iter().zip(held) {
-        *result = held.map_err(|error| session.lost(&error)).and_then(|()| session.after());
+    let actors = well.iter_mut().flat_map(|(session, _)| &mut session.actors);
+    let mut episodes: Vec<&mut Episode> = actors.map(|actor| &mut actor.episode).collect();
+    let mut held = hold(&mut episodes, solver).into_iter();
+    for (session, result) in well {
+        let worlds: Vec<_> = held.by_ref().take(session.worlds()).enumerate().collect();
+        let lost = worlds.iter().find_map(|(world, held)| Some((*world, held.as_ref().err()?)));
+        *result = match lost {
+            Some((world, error)) => Err(session.lost(world, error)),
+            None => session.after(),
+        };
     }
     results
+}
+
+/// The mean of slices that are all as long, summed in their order.
+fn mean<'a>(slices: impl ExactSizeIterator<Item = &'a [f64]>, mean: &mut [f64]) {
+    let n = slices.len() as f64;
+    mean.fill(0.0);
+    for slice in slices {
+        mean.iter_mut().zip(slice).for_each(|(sum, value)| *sum += value);
+    }
+    mean.iter_mut().for_each(|sum| *sum /= n);
 }
 
 fn norm(values: &[f64]) -> f64 {

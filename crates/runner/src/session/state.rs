@@ -1,50 +1,47 @@
-//! All of a cell that changes, as the sections of its checkpoint.
+//! All of a cell that changes, as the sections of its checkpoint: those of the learner, and those of
+//! each world, with its number from the second one on (`world`, `world 2`, ...).
 
-use std::{collections::BTreeMap, path::Path};
+use std::{collections::BTreeMap, fmt::Display, path::Path};
 
 use runs::{Checkpoint, Header, Recording};
 use serde::{Serialize, de::DeserializeOwned};
 
-use super::{Error, Session};
+use super::{Error, Session, actor::Actor};
 
+const PARAMETERS: &str = "parameters";
+const OPTIMISER: &str = "optimiser";
+const RECORDING: &str = "recording";
+// Those of a world.
 const WORLD: &str = "world";
 const INPUTS: &str = "inputs";
-const PARAMETERS: &str = "parameters";
 /// The policy's random numbers.
 const CHAINS: &str = "chains";
 const REWARD: &str = "reward";
 const ESTIMATOR: &str = "estimator";
-const OPTIMISER: &str = "optimiser";
-const RECORDING: &str = "recording";
 /// Only there within an update: between two of them its sums begin anew.
 const TALLY: &str = "tally";
 
 impl Session {
-    /// The sections of a checkpoint. To be taken between control steps, once the robot has settled.
+    /// The sections of a checkpoint. To be taken between control steps, once the robots have settled.
     ///
     /// # Errors
     /// A cell that blew up.
     pub fn save(&mut self) -> Result<BTreeMap<String, Vec<u8>>, Error> {
-        let world = self.episode.body.save().map_err(|error| self.blew_up(error))?;
-        let recording = self.recording().section().map_err(|error| self.blew_up(error))?;
-        let mut sections = vec![
-            (WORLD, world),
-            (INPUTS, self.bytes(&self.episode.inputs())?),
-            (PARAMETERS, self.bytes(&self.policy.parameters())?),
-            (CHAINS, self.bytes(&self.policy.random_state())?),
-            (REWARD, self.bytes(&self.episode.reward.save())?),
-            (ESTIMATOR, self.bytes(&self.estimator.state())?),
-            (OPTIMISER, self.bytes(&self.optimiser.state())?),
-            (RECORDING, recording),
-        ];
-        if !self.is_between_updates() {
-            sections.push((TALLY, self.bytes(&self.tally)?));
-        }
-        Ok(sections.into_iter().map(|(name, bytes)| (name.to_owned(), bytes)).collect())
+        let is_within = !self.is_between_updates();
+        self.sections(is_within).map_err(|error| self.blew_up(error))
     }
 
-    fn bytes<T: Serialize>(&self, value: &T) -> Result<Vec<u8>, Error> {
-        postcard::to_allocvec(value).map_err(|error| self.blew_up(error))
+    fn sections(&mut self, is_within: bool) -> anyhow::Result<BTreeMap<String, Vec<u8>>> {
+        let mut sections = BTreeMap::from([
+            (PARAMETERS.to_owned(), bytes(&self.actors[0].policy.parameters())?),
+            (OPTIMISER.to_owned(), bytes(&self.optimiser.state())?),
+            (RECORDING.to_owned(), self.recording().section()?),
+        ]);
+        for (world, actor) in self.actors.iter_mut().enumerate() {
+            let saved = actor.save(is_within)?.into_iter();
+            sections.extend(saved.map(|(section, bytes)| (numbered(section, world), bytes)));
+        }
+        Ok(sections)
     }
 
     /// Goes on from a checkpoint, with the same bits. The session must be a fresh
@@ -53,79 +50,116 @@ impl Session {
     /// # Errors
     /// A section that is missing or doesn't fit. The session is then of no use.
     pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), Error> {
-        self.restore_episode(checkpoint)?;
-        self.restore_learner(checkpoint)?;
-        self.restore_progress(checkpoint)
-    }
+        let sections = Sections { checkpoint, world: 0 };
+        self.parameters = sections.read(PARAMETERS)?;
+        sections.put::<Vec<f64>, _>(OPTIMISER, |it| self.optimiser.restore(&it))?;
+        let recording = Recording::decode(Path::new("checkpoint"), sections.part(RECORDING)?);
+        let recording = recording.map_err(|error| sections.misfit(RECORDING, error))?;
+        self.ring.restore(&recording).map_err(|error| sections.misfit(RECORDING, error))?;
 
-    fn restore_episode(&mut self, checkpoint: &Checkpoint) -> Result<(), Error> {
-        let world = self.episode.body.restore(part(checkpoint, WORLD)?);
-        world.map_err(|error| misfit(WORLD, error))?;
-
-        let inputs: Vec<bool> = read(checkpoint, INPUTS)?;
-        let n_inputs = self.episode.inputs().len();
-        if inputs.len() != n_inputs {
-            let message = format!("{} bits, and the cell has {n_inputs}", inputs.len());
-            return Err(misfit(INPUTS, message));
-        }
-        self.episode.codec.restore(&inputs);
-
-        let words: Vec<u64> = read(checkpoint, REWARD)?;
-        self.episode.reward.restore(&words).map_err(|error| misfit(REWARD, error))?;
-        self.episode.restored();
-        Ok(())
-    }
-
-    fn restore_learner(&mut self, checkpoint: &Checkpoint) -> Result<(), Error> {
-        let parameters: Vec<f64> = read(checkpoint, PARAMETERS)?;
-        self.policy.set_parameters(&parameters).map_err(|error| misfit(PARAMETERS, error))?;
-        let words: Vec<u32> = read(checkpoint, CHAINS)?;
-        self.policy.set_random_state(&words).map_err(|error| misfit(CHAINS, error))?;
-
-        let state: Vec<f64> = read(checkpoint, ESTIMATOR)?;
-        self.estimator.restore(&state).map_err(|error| misfit(ESTIMATOR, error))?;
-        let state: Vec<f64> = read(checkpoint, OPTIMISER)?;
-        self.optimiser.restore(&state).map_err(|error| misfit(OPTIMISER, error))
-    }
-
-    fn restore_progress(&mut self, checkpoint: &Checkpoint) -> Result<(), Error> {
-        let recording = Recording::decode(Path::new("checkpoint"), part(checkpoint, RECORDING)?);
-        let recording = recording.map_err(|error| misfit(RECORDING, error))?;
-        self.ring.restore(&recording).map_err(|error| misfit(RECORDING, error))?;
-
-        let Header { updates, control_steps, .. } = checkpoint.header;
-        let (steps, all) = (self.estimator.steps(), self.steps_per_update);
-        if steps_within_update(&checkpoint.header, all) != Some(steps) {
-            let message = format!(
-                "{steps} control steps since the last update, and the header has {control_steps} \
-                 with {updates} updates of {all}"
-            );
-            return Err(misfit(ESTIMATOR, message));
-        }
-        (self.updates, self.steps) = (updates, control_steps);
-        if !self.is_between_updates() {
-            self.tally = read(checkpoint, TALLY)?;
+        let within = steps_within_update(&checkpoint.header, self.steps_per_update, self.worlds());
+        self.updates = checkpoint.header.updates;
+        self.steps = checkpoint.header.control_steps / self.worlds() as u64;
+        for (world, actor) in self.actors.iter_mut().enumerate() {
+            let sections = Sections { checkpoint, world };
+            actor.restore(&sections, &self.parameters)?;
+            let steps = actor.estimator.steps();
+            if within != Some(steps) {
+                let Header { updates, control_steps, .. } = checkpoint.header;
+                let message = format!(
+                    "{steps} control steps since the last update, and the header has \
+                     {control_steps} with {updates} updates of {}",
+                    self.steps_per_update
+                );
+                return Err(sections.misfit(ESTIMATOR, message));
+            }
+            if steps > 0 {
+                actor.tally = sections.read(TALLY)?;
+            }
         }
         Ok(())
     }
 }
 
-/// How far within an update a checkpoint stands; none if its numbers don't fit each other.
-fn steps_within_update(header: &Header, steps_per_update: u64) -> Option<u64> {
+impl Actor {
+    fn save(&mut self, is_within_update: bool) -> anyhow::Result<Vec<(&'static str, Vec<u8>)>> {
+        let mut sections = vec![
+            (WORLD, self.episode.body.save()?),
+            (INPUTS, bytes(&self.episode.inputs())?),
+            (CHAINS, bytes(&self.policy.random_state())?),
+            (REWARD, bytes(&self.episode.reward.save())?),
+            (ESTIMATOR, bytes(&self.estimator.state())?),
+        ];
+        if is_within_update {
+            sections.push((TALLY, bytes(&self.tally)?));
+        }
+        Ok(sections)
+    }
+
+    fn restore(&mut self, sections: &Sections<'_>, parameters: &[f64]) -> Result<(), Error> {
+        let Self { episode, policy, estimator, .. } = self;
+        let world = episode.body.restore(sections.part(WORLD)?);
+        world.map_err(|error| sections.misfit(WORLD, error))?;
+        let n_inputs = episode.inputs().len();
+        sections.put::<Vec<bool>, _>(INPUTS, |inputs| match inputs.len() {
+            n if n == n_inputs => Ok(episode.codec.restore(&inputs)),
+            n => Err(format!("{n} bits, and the cell has {n_inputs}")),
+        })?;
+        sections.put::<Vec<u64>, _>(REWARD, |words| episode.reward.restore(&words))?;
+        episode.restored();
+
+        let set = policy.set_parameters(parameters);
+        set.map_err(|error| sections.misfit(PARAMETERS, error))?;
+        sections.put::<Vec<u32>, _>(CHAINS, |words| policy.set_random_state(&words))?;
+        sections.put::<Vec<f64>, _>(ESTIMATOR, |state| estimator.restore(&state))
+    }
+}
+
+/// How far within an update a checkpoint stands, in control steps of each world; none if its numbers
+/// don't fit each other.
+fn steps_within_update(header: &Header, steps_per_update: u64, worlds: usize) -> Option<u64> {
+    let worlds = worlds as u64;
+    let steps = header.control_steps / worlds;
     let end = header.updates.checked_add(1)?.checked_mul(steps_per_update)?;
-    let within = header.control_steps.checked_sub(end - steps_per_update)?;
-    (within < steps_per_update).then_some(within)
+    let within = steps.checked_sub(end - steps_per_update)?;
+    (header.control_steps.is_multiple_of(worlds) && within < steps_per_update).then_some(within)
 }
 
-fn read<T: DeserializeOwned>(checkpoint: &Checkpoint, section: &'static str) -> Result<T, Error> {
-    postcard::from_bytes(part(checkpoint, section)?).map_err(|error| misfit(section, error))
+/// A world's section by its name in the file. The first world's are as those of a cell of one.
+fn numbered(section: &str, world: usize) -> String {
+    if world == 0 { section.to_owned() } else { format!("{section} {}", world + 1) }
 }
 
-fn part<'a>(checkpoint: &'a Checkpoint, section: &'static str) -> Result<&'a [u8], Error> {
-    let part = checkpoint.sections.get(section);
-    part.map(Vec::as_slice).ok_or_else(|| misfit(section, "it's missing"))
+fn bytes<T: Serialize>(value: &T) -> Result<Vec<u8>, postcard::Error> {
+    postcard::to_allocvec(value)
 }
 
-fn misfit(section: &'static str, message: impl std::fmt::Display) -> Error {
-    Error::Checkpoint { section, message: message.to_string() }
+/// The sections of a checkpoint that one world has, with the learner's for the first.
+struct Sections<'a> {
+    checkpoint: &'a Checkpoint,
+    world: usize,
+}
+
+impl Sections<'_> {
+    fn part(&self, section: &str) -> Result<&[u8], Error> {
+        let part = self.checkpoint.sections.get(&numbered(section, self.world));
+        part.map(Vec::as_slice).ok_or_else(|| self.misfit(section, "it's missing"))
+    }
+
+    fn read<T: DeserializeOwned>(&self, section: &str) -> Result<T, Error> {
+        postcard::from_bytes(self.part(section)?).map_err(|error| self.misfit(section, error))
+    }
+
+    /// Reads a section for whoever goes back to what it has.
+    fn put<T: DeserializeOwned, E: Display>(
+        &self,
+        section: &str,
+        restore: impl FnOnce(T) -> Result<(), E>,
+    ) -> Result<(), Error> {
+        restore(self.read(section)?).map_err(|error| self.misfit(section, error))
+    }
+
+    fn misfit(&self, section: &str, message: impl Display) -> Error {
+        Error::Checkpoint { section: numbered(section, self.world), message: message.to_string() }
+    }
 }

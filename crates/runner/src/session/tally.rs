@@ -17,9 +17,6 @@ pub(super) struct Tally {
     heading_change_rad: f64,
     penalised_contacts: u64,
     clipped_readings: u64,
-    /// Of the gradient that the update follows: known at its end.
-    #[serde(skip)]
-    pub(super) gradient_norm: f64,
 }
 
 impl Tally {
@@ -37,27 +34,41 @@ impl Tally {
         self.penalised_contacts += step.penalised_contacts as u64;
         self.clipped_readings += step.clipped_readings as u64;
     }
+}
 
-    /// Means over `n` steps that ended here; what isn't known here is 0.
-    pub(super) fn row(&self, end: &Whereabouts, n: u64) -> Row {
-        let n = n as f64;
-        let [reward, _raw, extrinsic, nats, nats_corrected, intrinsic, penalty, xi] =
-            self.terms.map(|sum| sum / n);
-        Row {
-            reward,
-            information_nats: nats,
-            information_miller_madow_nats: nats_corrected,
-            information: intrinsic,
-            locomotion_m: self.advance_m / n,
-            extrinsic,
-            penalty,
-            xi,
-            net_displacement_m: (end.centre_of_gravity_m - Point3::from(self.start)).xy().norm(),
-            heading_change_rad: self.heading_change_rad,
-            penalised_contacts: self.penalised_contacts,
-            clipped_readings: self.clipped_readings,
-            gradient_norm: self.gradient_norm,
-            ..Row::default()
-        }
+/// The row of an update of `n` control steps in each of some worlds, each with where it ended: means
+/// over all of them. What isn't known here is 0.
+pub(super) fn row<'a>(
+    worlds: impl ExactSizeIterator<Item = (&'a Tally, &'a Whereabouts)>,
+    n: u64,
+) -> Row {
+    let n_worlds = worlds.len() as f64;
+    let mut sum = Tally::default();
+    let mut net_displacement_m = 0.0;
+    for (world, end) in worlds {
+        sum.terms.iter_mut().zip(world.terms).for_each(|(sum, term)| *sum += term);
+        sum.advance_m += world.advance_m;
+        sum.heading_change_rad += world.heading_change_rad;
+        sum.penalised_contacts += world.penalised_contacts;
+        sum.clipped_readings += world.clipped_readings;
+        net_displacement_m += (end.centre_of_gravity_m - Point3::from(world.start)).xy().norm();
+    }
+    let n = n as f64 * n_worlds;
+    let [reward, _raw, extrinsic, nats, nats_corrected, intrinsic, penalty, xi] =
+        sum.terms.map(|sum| sum / n);
+    Row {
+        reward,
+        information_nats: nats,
+        information_miller_madow_nats: nats_corrected,
+        information: intrinsic,
+        locomotion_m: sum.advance_m / n,
+        extrinsic,
+        penalty,
+        xi,
+        net_displacement_m: net_displacement_m / n_worlds,
+        heading_change_rad: sum.heading_change_rad / n_worlds,
+        penalised_contacts: sum.penalised_contacts,
+        clipped_readings: sum.clipped_readings,
+        ..Row::default()
     }
 }

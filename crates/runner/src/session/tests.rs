@@ -12,7 +12,7 @@ use proptest::prelude::*;
 use reward::Terms;
 use runs::{Checkpoint, Extent, Header};
 
-use super::*;
+use super::{actor::Buffers, *};
 use crate::experiment::Experiment;
 
 /// T
@@ -38,12 +38,22 @@ fn crawler() -> (Experiment, Morphology) {
 }
 
 fn session() -> (Session, Morphology) {
-    let (experiment, morphology) = crawler();
-    let mut session = Session::build(&experiment, &morphology, None, 4).unwrap();
+    (settled(1), crawler().1)
+}
+
+/// A cell of so many worlds that hasn't moved yet.
+fn build(worlds: usize) -> Session {
+    let (mut experiment, morphology) = crawler();
+    experiment.learning.worlds = worlds;
+    Session::build(&experiment, &morphology, None, 4).unwrap()
+}
+
+fn settled(worlds: usize) -> Session {
+    let mut session = build(worlds);
     while session.is_settling() {
         advance(&mut session);
     }
-    (session, morphology)
+    session
 }
 
 /// A control step, alone.
@@ -63,27 +73,71 @@ fn update(session: &mut Session) -> Row {
 #[test]
 fn scores_and_rewards_move_the_parameters_as_the_paper_says() {
     let (mut session, _) = session();
-    let n = session.policy.parameters().len();
+    let n = session.actors[0].policy.parameters().len();
     let mut change = vec![0.0; n];
     for _ in 0..3 {
-        let before = session.policy.parameters().to_vec();
+        let before = session.actors[0].policy.parameters().to_vec();
         let (mut z, mut delta) = (vec![0.0; n], vec![0.0; n]);
         for k in 1..=T {
             advance(&mut session);
             let terms = session.recording().terms;
             let r = terms[terms.len() - Terms::NAMES.len()];
             for i in 0..n {
-                z[i] = 0.75 * z[i] + session.buffers.score[i];
+                z[i] = 0.75 * z[i] + session.actors[0].buffers.score[i];
                 delta[i] += (r * z[i] - delta[i]) / k as f64;
             }
         }
         session.learn().unwrap();
         for i in 0..n {
             change[i] = 2.0 * (delta[i] - 0.01 * before[i]) + 0.5 * change[i];
-            let error = session.policy.parameters()[i] - (before[i] + change[i]);
+            let error = session.actors[0].policy.parameters()[i] - (before[i] + change[i]);
             assert!(error.abs() < 1e-12, "parameter {i}: {error}");
         }
         assert!(change.iter().any(|d| d.abs() > 1e-6), "nothing is learned");
+    }
+}
+
+/// What a world does in its first update is its own: the first one's is that of a cell of one world,
+/// the others' is another. Then all have the parameters to which the mean of their gradients led.
+#[test]
+fn worlds_share_the_parameters_and_nothing_else() {
+    let (mut one, mut three, mut four) = (settled(1), settled(3), settled(4));
+    let start = one.parameters.clone();
+    let first = |session: &mut Session| {
+        (0..T).for_each(|_| advance(session));
+        let gradients = session.actors.iter().map(|actor| actor.estimator.gradient().to_vec());
+        gradients.collect::<Vec<_>>()
+    };
+    let alone = first(&mut one);
+    let together = first(&mut three);
+    assert_eq!(together[0], alone[0]);
+    assert_eq!(together, first(&mut four)[..3]);
+    assert_ne!(together[0], together[1]);
+    assert_ne!(together[1], together[2]);
+    assert_eq!((one.control_steps(), three.control_steps()), (T as u64, 3 * T as u64));
+
+    let displacements: Vec<_> = three.actors.iter().map(|actor| actor.tally.clone()).collect();
+    let row = three.learn().unwrap();
+    assert_eq!((row.update, row.control_steps), (1, 3 * T as u64));
+    let alone = |tally, actor: &Actor| {
+        tally::row([(tally, actor.episode.whereabouts())].into_iter(), T as u64)
+    };
+    let rows = displacements.iter().zip(&three.actors).map(|(tally, actor)| alone(tally, actor));
+    let rows: Vec<Row> = rows.collect();
+    let mean = |value: fn(&Row) -> f64| rows.iter().map(value).sum::<f64>() / 3.0;
+    // Sums in another order, of numbers below 1.
+    let values: [fn(&Row) -> f64; 3] =
+        [|row| row.reward, |row| row.locomotion_m, |row| row.net_displacement_m];
+    for value in values {
+        assert!((value(&row) - mean(value)).abs() < 1e-14 && value(&row) != 0.0);
+    }
+    for i in 0..start.len() {
+        let gradient = together.iter().map(|of_world| of_world[i]).sum::<f64>() / 3.0;
+        let expected = start[i] + 2.0 * (gradient - 0.01 * start[i]);
+        assert!((three.parameters[i] - expected).abs() < 1e-12, "parameter {i}");
+        for actor in &three.actors {
+            assert_eq!(actor.policy.parameters(), three.parameters);
+        }
     }
 }
 
@@ -95,11 +149,11 @@ fn the_wind_changes_what_is_done_and_not_what_is_learned() {
     let mut policy = build_policy(&experiment, &morphology, 4).unwrap();
     let mut n_flipped = 0;
     for step in 0..2 * T as u64 {
-        let inputs = session.episode.codec.inputs().to_vec();
-        policy.set_parameters(session.policy.parameters()).unwrap();
-        policy.set_random_state(&session.policy.random_state()).unwrap();
+        let inputs = session.actors[0].episode.codec.inputs().to_vec();
+        policy.set_parameters(session.actors[0].policy.parameters()).unwrap();
+        policy.set_random_state(&session.actors[0].policy.random_state()).unwrap();
         advance(&mut session);
-        let Buffers { output, action, score, .. } = &session.buffers;
+        let Buffers { output, action, score, .. } = &session.actors[0].buffers;
 
         let blows = step >= 50 && step % 50 < 7;
         n_flipped += usize::from(blows);
@@ -107,7 +161,7 @@ fn the_wind_changes_what_is_done_and_not_what_is_learned() {
             assert_eq!(done != own, blows, "step {step}");
         }
         let executed: Vec<_> = action.iter().map(|&bit| if bit { 0.5 } else { -0.5 }).collect();
-        assert_eq!(session.episode.targets(), executed);
+        assert_eq!(session.actors[0].episode.targets(), executed);
 
         let (mut own, mut own_score) = (vec![false; output.len()], vec![0.0; score.len()]);
         policy.act_and_score(&inputs, &mut own, &mut own_score).unwrap();
@@ -135,7 +189,7 @@ fn surprise(bins: &[u64]) -> f64 {
 #[test]
 fn rewards_are_what_the_record_makes_them() {
     let (mut session, morphology) = session();
-    let first_bins = session.episode.codec.bins().to_vec();
+    let first_bins = session.actors[0].episode.codec.bins().to_vec();
     let rows: Vec<_> = (0..4).map(|_| update(&mut session)).collect();
     let record = session.recording();
     let n_bodies = morphology.bodies().len();
@@ -211,9 +265,9 @@ fn a_session_starts_from_what_another_has_exported() {
     let as_drawn = Session::build(&experiment, &morphology, None, 5).unwrap();
     experiment.policy.start = Start::File("/x".into());
     let started = Session::build(&experiment, &morphology, Some(&file), 5).unwrap();
-    assert_eq!(started.policy.parameters(), one.policy.parameters());
+    assert_eq!(started.actors[0].policy.parameters(), one.actors[0].policy.parameters());
     // What it draws is the seed's, wherever its parameters are from.
-    assert_eq!(started.policy.random_state(), as_drawn.policy.random_state());
+    assert_eq!(started.actors[0].policy.random_state(), as_drawn.actors[0].policy.random_state());
 
     let error = Session::build(&experiment, &morphology, None, 5).err().unwrap().to_string();
     assert!(error.starts_with("policy.initial: /x: safetensors: the file must be"), "{error}");
@@ -227,16 +281,15 @@ fn saved(session: &mut Session) -> Checkpoint {
 }
 
 /// The same cell, begun anew and brought to a checkpoint.
-fn restored(checkpoint: &Checkpoint) -> Result<Session, Error> {
-    let (experiment, morphology) = crawler();
-    let mut session = Session::build(&experiment, &morphology, None, 4).unwrap();
+fn restored(worlds: usize, checkpoint: &Checkpoint) -> Result<Session, Error> {
+    let mut session = build(worlds);
     session.restore(checkpoint)?;
     Ok(session)
 }
 
 /// Three updates, left and gone on with after these control steps.
-fn interrupted(stops: &[usize]) -> (Vec<Row>, Checkpoint) {
-    let (mut session, _) = session();
+fn interrupted(worlds: usize, stops: &[usize]) -> (Vec<Row>, Checkpoint) {
+    let mut session = settled(worlds);
     let mut rows = Vec::new();
     for step in 1..=3 * T {
         advance(&mut session);
@@ -244,7 +297,7 @@ fn interrupted(stops: &[usize]) -> (Vec<Row>, Checkpoint) {
             rows.push(session.learn().unwrap());
         }
         if stops.contains(&step) {
-            session = restored(&saved(&mut session)).unwrap();
+            session = restored(worlds, &saved(&mut session)).unwrap();
         }
     }
     (rows, saved(&mut session))
@@ -256,8 +309,9 @@ proptest! {
     #[test]
     fn stopped_at_any_control_step_it_goes_on_with_the_same_bits(
         stops in proptest::collection::vec(1..3 * T, 1..6),
+        worlds in 1..4_usize,
     ) {
-        prop_assert_eq!(interrupted(&stops), interrupted(&[]));
+        prop_assert_eq!(interrupted(worlds, &stops), interrupted(worlds, &[]));
     }
 }
 
@@ -295,7 +349,7 @@ fn a_checkpoint_whose_numbers_do_not_fit_each_other_is_refused() {
     let refused = |change: &dyn Fn(&mut Checkpoint), message: &str| {
         let mut checkpoint = whole.clone();
         change(&mut checkpoint);
-        let error = restored(&checkpoint).err().unwrap().to_string();
+        let error = restored(1, &checkpoint).err().unwrap().to_string();
         assert!(error.contains(message), "{error}");
     };
     refused(&|it| it.header.control_steps += 1, "'estimator' doesn't fit: 30 control steps");

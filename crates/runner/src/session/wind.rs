@@ -22,12 +22,13 @@ pub struct Wind {
 
 impl Wind {
     /// Blows for `length` control steps, from every `every`-th on but not from step 0, and flips a
-    /// bit with a probability. With `every` 0 it never blows.
+    /// bit with a probability, by a named stream of the seed's random numbers. With `every` 0 it
+    /// never blows.
     #[must_use]
-    pub fn new(every: u64, length: u64, flip_probability: f64, seed: u64) -> Self {
+    pub fn new(every: u64, length: u64, flip_probability: f64, seed: u64, stream: &str) -> Self {
         let mut key = [0; 32];
         key[..8].copy_from_slice(&seed.to_le_bytes());
-        key[16..].copy_from_slice(&xxh3_128(b"perturbation").to_le_bytes());
+        key[16..].copy_from_slice(&xxh3_128(stream.as_bytes()).to_le_bytes());
         let threshold = (flip_probability * 4_294_967_296.0) as u64;
         Self { every, length, threshold, start: ChaCha8Rng::from_seed(key) }
     }
@@ -57,17 +58,17 @@ mod tests {
 
     #[test]
     fn blows_when_it_should() {
-        let wind = Wind::new(1000, 10, 0.1, 1);
+        let wind = Wind::new(1000, 10, 0.1, 1, "perturbation");
         let blowing: Vec<_> = (0..3000).filter(|&step| wind.blows(step)).collect();
         let expected: Vec<_> = (1000..1010).chain(2000..2010).collect();
         assert_eq!(blowing, expected);
-        assert!((0..3000).all(|step| !Wind::new(0, 10, 0.1, 1).blows(step)));
+        assert!((0..3000).all(|step| !Wind::new(0, 10, 0.1, 1, "perturbation").blows(step)));
     }
 
     /// 24,000 bits: the share of flips is within 5 standard errors, 0.01, of the probability.
     #[test]
     fn flips_as_many_as_it_should_and_the_same_again() {
-        let wind = Wind::new(1, 1, 0.1, 7);
+        let wind = Wind::new(1, 1, 0.1, 7, "perturbation");
         let count = |wind: &Wind| -> Vec<usize> {
             let flips = |step| {
                 let mut action = [false; 24];
@@ -79,9 +80,9 @@ mod tests {
         let flips = count(&wind);
         let share = flips.iter().sum::<usize>() as f64 / 24_000.0;
         assert!((share - 0.1).abs() < 0.01, "{share}");
-        assert_eq!(flips, count(&Wind::new(1, 1, 0.1, 7)));
-        assert_ne!(flips, count(&Wind::new(1, 1, 0.1, 8)));
-        assert_eq!(count(&Wind::new(1, 1, 1.0, 7)), vec![24; 1000]);
-        assert_eq!(count(&Wind::new(1, 1, 0.0, 7)), vec![0; 1000]);
+        assert_eq!(flips, count(&Wind::new(1, 1, 0.1, 7, "perturbation")));
+        assert_ne!(flips, count(&Wind::new(1, 1, 0.1, 8, "perturbation")));
+        assert_eq!(count(&Wind::new(1, 1, 1.0, 7, "perturbation")), vec![24; 1000]);
+        assert_eq!(count(&Wind::new(1, 1, 0.0, 7, "perturbation")), vec![0; 1000]);
     }
 }

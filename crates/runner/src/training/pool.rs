@@ -2,8 +2,8 @@
 //! which others.
 //!
 //! Each thread has a crew of cells that take their control steps together, as many as there are
-//! lanes for. A cell that ends makes room for one that waits; once none waits, a thread without work
-//! takes over half a crew from another one.
+//! lanes for their worlds. A cell that ends makes room for one that waits; once none waits, a thread
+//! without work takes over half a crew from another one.
 
 use std::{
     collections::VecDeque,
@@ -98,7 +98,8 @@ fn train_once(
     let lanes = how.lanes.unwrap_or_else(|| solvers[0].lanes()).max(1);
     let Room { threads, lanes } = Room::make(Room { threads: n_threads, lanes });
     solvers.truncate(threads);
-    let crew_size = crew_size(cells.len(), threads, lanes);
+    let n_worlds = cells.iter().map(|cell| worlds(cell)).sum();
+    let crew_size = crew_size(n_worlds, threads, lanes);
     let pool = Pool {
         lab,
         cells,
@@ -128,11 +129,15 @@ fn train_once(
     Ok(Trained { endings, counts, crowded })
 }
 
-/// So many cells for each thread at a time that all threads have about the same in every round: a
-/// crew costs less for each cell the larger it is, but a thread without one costs most.
-fn crew_size(n_cells: usize, n_threads: usize, lanes: usize) -> usize {
-    let rounds = n_cells.div_ceil(n_threads * lanes).max(1);
-    n_cells.div_ceil(n_threads * rounds).max(1)
+/// So many worlds for each thread at a time that all threads have about the same in every round: a
+/// crew costs less for each world the larger it is, but a thread without one costs most.
+fn crew_size(n_worlds: usize, n_threads: usize, lanes: usize) -> usize {
+    let rounds = n_worlds.div_ceil(n_threads * lanes).max(1);
+    n_worlds.div_ceil(n_threads * rounds).max(1)
+}
+
+fn worlds(cell: &LabCell) -> usize {
+    cell.cell.experiment.learning.worlds
 }
 
 struct Pool<'a> {
@@ -169,7 +174,7 @@ struct Crew<'a, 'b> {
     pool: &'b Pool<'a>,
     solver: Solver,
     members: Vec<Member<'a>>,
-    /// Members that it may have.
+    /// Worlds that its members may have, but for a single one, which may have any number.
     size: usize,
 }
 
@@ -201,10 +206,13 @@ impl Crew<'_, '_> {
     /// Takes waiting cells that can be stepped with those that are here.
     fn fill(&mut self) {
         let Pool { lab, cells, how, stop, observer, .. } = *self.pool;
-        while self.members.len() < self.size && !stop.is_wished() {
+        while !stop.is_wished() {
             let build = self.members.first().map(|member| Build::of(member.trainee.cell));
+            let left = self.size.saturating_sub(self.worlds());
+            let fits = |&index: &usize| {
+                build.is_none_or(|it| it == Build::of(cells[index]) && worlds(cells[index]) <= left)
+            };
             let mut shared = self.pool.lock();
-            let fits = |&index: &usize| build.is_none_or(|it| it == Build::of(cells[index]));
             let Some(place) = shared.waiting.iter().position(fits) else { break };
             let Some(index) = shared.waiting.remove(place) else { break };
             drop(shared);
@@ -219,10 +227,14 @@ impl Crew<'_, '_> {
         }
     }
 
+    fn worlds(&self) -> usize {
+        self.members.iter().map(|member| member.trainee.session.worlds()).sum()
+    }
+
     /// There are no files for more members than it has. The cell waits for one of them to end, or
     /// for another crew.
     fn shrink(&mut self, index: usize, error: anyhow::Error) {
-        self.size = self.members.len();
+        self.size = self.worlds();
         let mut shared = self.pool.lock();
         shared.waiting.push_front(index);
         shared.crowded.get_or_insert(error);

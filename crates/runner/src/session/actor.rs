@@ -1,0 +1,125 @@
+//! One world of a cell: a robot that lives there by the cell's policy.
+//!
+//! A cell has one actor or several. They share parameters, and nothing else: each has random numbers,
+//! a perturbation, a window of readings and a trace of scores of its own, so what one does depends
+//! neither on how many there are nor on who is stepped beside it.
+
+use std::time::{Duration, Instant};
+
+use gpomdp::{Estimator, EstimatorSettings};
+use policy::Policy;
+use reward::Terms;
+use runs::Ring;
+use svenja::Morphology;
+
+use super::{Episode, Error, Wind, tally::Tally};
+use crate::experiment::Experiment;
+
+/// A robot in its world, with what it has of its own.
+pub(super) struct Actor {
+    pub(super) episode: Episode,
+    pub(super) policy: Box<dyn Policy>,
+    wind: Wind,
+    pub(super) estimator: Estimator,
+    pub(super) tally: Tally,
+    pub(super) buffers: Buffers,
+    /// What the last control step was worth.
+    terms: Terms,
+    /// Spent in the policy's act and score, for `itarl bench`; no result knows it.
+    pub(super) policy_time: Duration,
+}
+
+/// What passes from row to row of a control step.
+pub(super) struct Buffers {
+    /// The policy's own output, `[n_outputs]`.
+    pub(super) output: Vec<bool>,
+    /// What is executed of it, `[n_outputs]`.
+    pub(super) action: Vec<bool>,
+    /// `[n_parameters]`
+    pub(super) score: Vec<f64>,
+}
+
+impl Actor {
+    /// The cell's actor in its world of this number, counted from 0, before it has settled. It acts by
+    /// this policy, with random numbers of its own.
+    ///
+    /// # Errors
+    /// Settings that don't fit the model.
+    pub(super) fn new(
+        experiment: &Experiment,
+        morphology: &Morphology,
+        mut policy: Box<dyn Policy>,
+        seed: u64,
+        world: usize,
+    ) -> Result<Self, Error> {
+        let build = |error: &dyn std::fmt::Display| Error::Build(error.to_string());
+        let episode = Episode::new(experiment, morphology).map_err(|error| build(&error))?;
+        policy.draw_from(seed, &stream("policy", world));
+        let learning = &experiment.learning;
+        let settings =
+            EstimatorSettings { discount: learning.discount, baseline_factor: learning.baseline };
+        let n = policy.parameters().len();
+        let wind = &experiment.perturbation;
+        let blowing = stream("perturbation", world);
+        Ok(Self {
+            wind: Wind::new(wind.every, wind.length, wind.flip_probability, seed, &blowing),
+            estimator: Estimator::new(n, &settings).map_err(|error| build(&error))?,
+            tally: Tally::default(),
+            buffers: Buffers {
+                output: vec![false; policy.n_outputs()],
+                action: vec![false; policy.n_outputs()],
+                score: vec![0.0; n],
+            },
+            terms: Terms::default(),
+            policy_time: Duration::ZERO,
+            episode,
+            policy,
+        })
+    }
+
+    /// Before the physics of a control step, the first of an update or a later one: what the robot
+    /// shall do.
+    pub(super) fn before(&mut self, step: u64, begins_an_update: bool) -> anyhow::Result<()> {
+        if self.episode.is_settling() {
+            return self.episode.rest();
+        }
+        if begins_an_update {
+            self.tally = Tally::begin(self.episode.whereabouts());
+        }
+        self.act(step)
+    }
+
+    /// Rows 2 to 4: bits of the readings, bits of the action with its score, targets.
+    fn act(&mut self, step: u64) -> anyhow::Result<()> {
+        let Buffers { output, action, score } = &mut self.buffers;
+        let start = Instant::now();
+        self.policy.act_and_score(self.episode.inputs(), output, score)?;
+        self.policy_time += start.elapsed();
+        action.copy_from_slice(output);
+        self.wind.perturb(step, action);
+        self.episode.act(action)
+    }
+
+    /// After the physics of a control step, rows 6 to 8: the new readings, what they are worth, what
+    /// is learned from it.
+    pub(super) fn after(&mut self, updates: u64) -> anyhow::Result<()> {
+        if self.episode.is_settling() {
+            return self.episode.settle();
+        }
+        let step = self.episode.judge(updates)?;
+        self.tally.add(&step);
+        self.estimator.accumulate(&self.buffers.score, step.terms.reward)?;
+        self.terms = step.terms;
+        Ok(())
+    }
+
+    /// Row 9: the last control step, for a recording.
+    pub(super) fn record(&self, ring: &mut Ring) -> Result<(), runs::Error> {
+        ring.push(self.episode.recorded(&self.terms.as_array()))
+    }
+}
+
+/// The name of a world's stream of random numbers. The first one has those of a cell of one world.
+fn stream(name: &str, world: usize) -> String {
+    if world == 0 { name.to_owned() } else { format!("{name} of world {}", world + 1) }
+}
