@@ -101,17 +101,19 @@ fn extended_or_as_long_from_the_start() {
     }
 }
 
-/// Cells of one world and of several, which share threads and lanes.
+/// Cells of one world and of several, and populations, which share threads and lanes.
 #[test]
 fn cells_of_many_worlds_too() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("worlds.toml");
-    let text_of = fs::read_to_string(root().join(CRAWLER)).unwrap();
     let model = root().join("tests/models/crawler.toml");
-    let text_of = text_of
+    let crawler = fs::read_to_string(root().join(CRAWLER)).unwrap();
+    let learning = "\"learning\" = [{ label = \"one\" }, { label = \"five\", worlds = 5 }, \
+                    { label = \"population\", kind = \"evolution\", worlds = 6, evolution.skip = 4 }]";
+    let crawler = crawler
         .replace("../models/crawler.toml", text(&model))
-        .replace("\"reward.mix.xi\" = [0.75, 1]", "\"learning.worlds\" = [1, 3, 5]");
-    fs::write(&file, text_of).unwrap();
+        .replace("\"reward.mix.xi\" = [0.75, 1]", learning);
+    fs::write(&file, crawler).unwrap();
     let run = |name: &str, more: &[&str], code| {
         let run = folder.path().join(name);
         itarl(&[&["train", text(&file), "--out", text(&run)], more].concat()).ends(code);
@@ -130,7 +132,7 @@ fn cells_of_many_worlds_too() {
     assert_same(&run("cut", &["--threads", "2"], DONE), &through);
 
     // Control steps are those of all worlds.
-    let metrics = String::from_utf8(through["worlds=5/seed=1/metrics.csv"].clone()).unwrap();
+    let metrics = String::from_utf8(through["learning=five/seed=1/metrics.csv"].clone()).unwrap();
     assert!(metrics.lines().last().unwrap().starts_with("30,1500,"), "{metrics}");
     itarl(&["status", text(&folder.path().join("cut"))]).ends(DONE).prints(&["30/30"]);
 }

@@ -148,7 +148,7 @@ impl Strategy {
         let count = |is: &dyn Fn(&&f64) -> bool| fitness.iter().filter(is).count();
         let twice_rank = |f: &f64| count(&|g| *g < f) + count(&|g| *g <= f) - 1;
         let most = (n - 1) as f64;
-        Ok(fitness.iter().map(|f| twice_rank(f) as f64 / (2.0 * most) - 0.5).collect())
+        Ok(fitness.iter().map(|f| (twice_rank(f) as f64 - most) / (2.0 * most)).collect())
     }
 
     fn direction(&self, generation: u64, pair: usize) -> Normals {
@@ -159,8 +159,7 @@ impl Strategy {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use gpomdp::{AdamSettings, OptimiserSettings};
-    use proptest::prelude::*;
+    use proptest::{prop_assert_eq, prop_assume, proptest};
 
     use super::*;
 
@@ -207,27 +206,25 @@ mod tests {
         });
         let fitness: Vec<f64> = fitness.collect();
         strategy.gradient(0, &fitness, &mut gradient).unwrap();
-        let along = sigma * (gradient[0] * a[0] + gradient[1] * a[1]);
-        let across = sigma * (gradient[0] * a[1] - gradient[1] * a[0]);
+        let along: f64 = sigma * (gradient[0] * a[0] + gradient[1] * a[1]);
+        let across: f64 = sigma * (gradient[0] * a[1] - gradient[1] * a[0]);
         assert!((along - 0.5 / std::f64::consts::PI.sqrt()).abs() < 0.08, "{along}");
         assert!(across.abs() < 0.08, "{across}");
     }
 
-    /// In 20 dimensions with an optimiser: from distance 4.5 to below 0.5.
+    /// In 20 dimensions, with steps of a constant rate: from distance 4.5 to below 0.5.
     #[test]
     fn it_finds_the_top_of_a_hill() {
         let strategy = Strategy::new(32, 0.1, 2).unwrap();
-        let settings = AdamSettings { rate: 0.05, ..AdamSettings::default() };
-        let mut optimiser = OptimiserSettings::Adam(settings).build(20).unwrap();
         let (mut theta, mut candidate, mut gradient) = ([1.0; 20], [0.0; 20], [0.0; 20]);
-        for generation in 0..200 {
+        for generation in 0..300 {
             let fitness = (0..32).map(|k| {
                 strategy.candidate(generation, k, &theta, &mut candidate);
                 -candidate.iter().map(|x| x * x).sum::<f64>()
             });
             let fitness: Vec<f64> = fitness.collect();
             strategy.gradient(generation, &fitness, &mut gradient).unwrap();
-            optimiser.update(&mut theta, &gradient).unwrap();
+            theta.iter_mut().zip(gradient).for_each(|(theta, g)| *theta += 0.01 * g);
         }
         let distance = theta.iter().map(|x| x * x).sum::<f64>().sqrt();
         assert!(distance < 0.5, "{distance}");

@@ -1,15 +1,18 @@
-//! The table `learning`: how the policy learns.
+//! The table `learning`: how the policy learns. What makes the gradient is in `learner.rs`.
 //!
 //! The settings of an optimiser are those of `gpomdp`, whatever the list of optimisers there: the
 //! keys are the fields of its defaults, and its own constructor checks their ranges. Those of the
 //! paper's optimiser, `momentum`, stand in `learning` itself, those of another one in a table of
 //! its name, as in `learning.adam.rate`.
 
-use config::{Mismatch, Node, Rule, Section, count, integer, number, one_of, or_false, within};
-use gpomdp::{EstimatorSettings, OptimiserSettings};
+use config::{Mismatch, Node, Rule, Section, count, number, one_of};
+use gpomdp::OptimiserSettings;
 use serde::{Serialize, Serializer, ser::SerializeMap};
 
-use super::leaves::{shown, table};
+use super::{
+    learner::LearnerSettings,
+    leaves::{shown, table},
+};
 
 /// The optimiser whose settings stand in `learning` itself.
 const INLINE: &str = "momentum";
@@ -25,12 +28,9 @@ pub struct LearningSettings {
     /// steps for each update.
     #[serde(skip_serializing_if = "is_one")]
     pub worlds: usize,
-    /// The discount of the trace of scores, 0 to 1; 0.75.
-    pub discount: f64,
-    /// Factor per control step of the running average that is subtracted from rewards, 0 to 1; by
-    /// default none, which is written false.
-    #[serde(serialize_with = "write_or_false")]
-    pub baseline: Option<f64>,
+    /// What makes gradients of control steps; GPOMDP.
+    #[serde(flatten)]
+    pub learner: LearnerSettings,
     /// The optimiser, which makes steps of gradients; momentum.
     #[serde(flatten, serialize_with = "write_optimiser")]
     pub optimiser: OptimiserSettings,
@@ -40,20 +40,19 @@ impl LearningSettings {
     pub(super) fn read(section: &mut Section<'_>) -> Option<Self> {
         /// So that control steps can be counted in 64 bits.
         const MOST: i64 = 1_000_000_000;
-        let discount = EstimatorSettings::default().discount;
+        let kind = LearnerSettings::read_kind(section)?;
         let updates = section.or("updates", count(1, MOST), 30_000);
         let steps_per_update: u64 = section.or("steps_per_update", count(1, MOST), 100);
-        let worlds = section.or("worlds", integer(1, 1024), 1) as usize;
+        let worlds = section.or("worlds", count(1, 1024), LearnerSettings::default_worlds(kind));
         if steps_per_update.saturating_mul(worlds as u64) > MOST as u64 {
             let message = format!(
                 "steps_per_update times worlds must be at most {MOST}, got {steps_per_update} x {worlds}"
             );
             section.complain(&section.place_of("worlds"), message);
         }
-        let discount = section.or("discount", within(0.0, 1.0), discount);
-        let baseline = section.or("baseline", or_false(within(0.0, 1.0)), None);
+        let learner = LearnerSettings::read(section, kind, steps_per_update, worlds);
         let optimiser = read_optimiser(section)?;
-        Some(Self { updates, steps_per_update, worlds, discount, baseline, optimiser })
+        Some(Self { updates, steps_per_update, worlds, learner: learner?, optimiser })
     }
 
     /// Control steps of an update, in all worlds together.
@@ -188,14 +187,6 @@ impl Rule for Anything {
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "what serde calls")]
 fn is_one(worlds: &usize) -> bool {
     *worlds == 1
-}
-
-/// Writes what [`or_false`] reads.
-fn write_or_false<S: Serializer>(value: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
-    match value {
-        Some(value) => serializer.serialize_f64(*value),
-        None => serializer.serialize_bool(false),
-    }
 }
 
 #[cfg(test)]

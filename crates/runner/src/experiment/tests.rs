@@ -546,8 +546,8 @@ fn overrides_are_checked_like_the_file() {
     let expected = "--set codec=1: codec must be a table, got 1\n\
                     --set learning.rate=-1: learning: rate must be > 0 and at most 1e100, got -1\n\
                     --set learning.x.y=3: learning: unknown key 'x', expected one of \
-                    'updates', 'steps_per_update', 'discount', 'baseline', 'optimiser', 'rate', \
-                    'decay', 'momentum'\n\
+                    'kind', 'updates', 'steps_per_update', 'worlds', 'discount', 'baseline', \
+                    'optimiser', 'rate', 'decay', 'momentum'\n\
                     --set z: key=value expected, as in --set learning.rate=0.3";
     assert_eq!(found.unwrap_err(), expected);
 }

@@ -1,18 +1,17 @@
 //! One world of a cell: a robot that lives there by the cell's policy.
 //!
-//! A cell has one actor or several. They share parameters, and nothing else: each has random numbers,
-//! a perturbation, a window of readings and a trace of scores of its own, so what one does depends
-//! neither on how many there are nor on who is stepped beside it.
+//! A cell has one actor or several. Its learner says by which parameters they act; each has random
+//! numbers, a perturbation and a window of readings of its own, so what one does with the same
+//! parameters depends neither on how many there are nor on who is stepped beside it.
 
 use std::time::{Duration, Instant};
 
-use gpomdp::{Estimator, EstimatorSettings};
 use policy::Policy;
 use reward::Terms;
 use runs::Ring;
 use svenja::Morphology;
 
-use super::{Episode, Error, Wind, tally::Tally};
+use super::{Episode, Error, Wind, learner::Learner, tally::Tally};
 use crate::experiment::Experiment;
 
 /// A robot in its world, with what it has of its own.
@@ -20,11 +19,10 @@ pub(super) struct Actor {
     pub(super) episode: Episode,
     pub(super) policy: Box<dyn Policy>,
     wind: Wind,
-    pub(super) estimator: Estimator,
     pub(super) tally: Tally,
     pub(super) buffers: Buffers,
     /// What the last control step was worth.
-    terms: Terms,
+    pub(super) terms: Terms,
     /// Spent in the policy's act and score, for `itarl bench`; no result knows it.
     pub(super) policy_time: Duration,
 }
@@ -55,15 +53,11 @@ impl Actor {
         let build = |error: &dyn std::fmt::Display| Error::Build(error.to_string());
         let episode = Episode::new(experiment, morphology).map_err(|error| build(&error))?;
         policy.draw_from(seed, &stream("policy", world));
-        let learning = &experiment.learning;
-        let settings =
-            EstimatorSettings { discount: learning.discount, baseline_factor: learning.baseline };
         let n = policy.parameters().len();
         let wind = &experiment.perturbation;
         let blowing = stream("perturbation", world);
         Ok(Self {
             wind: Wind::new(wind.every, wind.length, wind.flip_probability, seed, &blowing),
-            estimator: Estimator::new(n, &settings).map_err(|error| build(&error))?,
             tally: Tally::default(),
             buffers: Buffers {
                 output: vec![false; policy.n_outputs()],
@@ -77,38 +71,46 @@ impl Actor {
         })
     }
 
-    /// Before the physics of a control step, the first of an update or a later one: what the robot
-    /// shall do.
-    pub(super) fn before(&mut self, step: u64, begins_an_update: bool) -> anyhow::Result<()> {
-        if self.episode.is_settling() {
-            return self.episode.rest();
-        }
-        if begins_an_update {
-            self.tally = Tally::begin(self.episode.whereabouts());
-        }
-        self.act(step)
+    /// Before the first control step of an update.
+    pub(super) fn begin_update(&mut self) {
+        self.tally = Tally::begin(self.episode.whereabouts());
+    }
+
+    /// Before the physics of a control step: what the robot shall do. The score is only made if it's
+    /// needed.
+    pub(super) fn before(&mut self, step: u64, needs_score: bool) -> anyhow::Result<()> {
+        if self.episode.is_settling() { self.episode.rest() } else { self.act(step, needs_score) }
     }
 
     /// Rows 2 to 4: bits of the readings, bits of the action with its score, targets.
-    fn act(&mut self, step: u64) -> anyhow::Result<()> {
+    fn act(&mut self, step: u64, needs_score: bool) -> anyhow::Result<()> {
         let Buffers { output, action, score } = &mut self.buffers;
         let start = Instant::now();
-        self.policy.act_and_score(self.episode.inputs(), output, score)?;
+        if needs_score {
+            self.policy.act_and_score(self.episode.inputs(), output, score)?;
+        } else {
+            self.policy.act(self.episode.inputs(), output)?;
+        }
         self.policy_time += start.elapsed();
         action.copy_from_slice(output);
         self.wind.perturb(step, action);
         self.episode.act(action)
     }
 
-    /// After the physics of a control step, rows 6 to 8: the new readings, what they are worth, what
-    /// is learned from it.
-    pub(super) fn after(&mut self, updates: u64) -> anyhow::Result<()> {
+    /// After the physics of a control step, rows 6 to 8: the new readings, what they are worth, which
+    /// the learner hears.
+    pub(super) fn after(
+        &mut self,
+        updates: u64,
+        world: usize,
+        learner: &mut dyn Learner,
+    ) -> anyhow::Result<()> {
         if self.episode.is_settling() {
             return self.episode.settle();
         }
         let step = self.episode.judge(updates)?;
         self.tally.add(&step);
-        self.estimator.accumulate(&self.buffers.score, step.terms.reward)?;
+        learner.hear(world, &self.buffers.score, step.terms.reward)?;
         self.terms = step.terms;
         Ok(())
     }

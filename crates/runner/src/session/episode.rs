@@ -7,6 +7,7 @@
 
 use reward::{Group, Reward, SensorLayout, Terms};
 use runs::{Layout, Step as Recorded};
+use serde::{Deserialize, Serialize};
 use svenja::{Morphology, Readings};
 
 use super::{Body, Codec, CodecShape, Solver, Whereabouts, body};
@@ -25,6 +26,17 @@ pub struct Episode {
     targets: Vec<f64>,
     /// The last control step as it's recorded: `[n_sensors]`, `[n_actuators]`, `[n_bodies]`.
     recorded: (Vec<f32>, Vec<f32>, Vec<u8>),
+}
+
+/// Where an episode stood between two control steps.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Home {
+    /// The world's snapshot.
+    world: Vec<u8>,
+    /// `[n_inputs]`
+    inputs: Vec<bool>,
+    /// The reward's state.
+    reward: Vec<u64>,
 }
 
 /// What a control step did, and what it was worth.
@@ -189,6 +201,21 @@ impl Episode {
     #[must_use]
     pub fn whereabouts(&self) -> &Whereabouts {
         &self.whereabouts
+    }
+
+    /// Where it stands, to [go back](Self::go_home) to.
+    pub(super) fn home(&mut self) -> anyhow::Result<Home> {
+        let (inputs, reward) = (self.inputs().to_vec(), self.reward.save());
+        Ok(Home { world: self.body.save()?, inputs, reward })
+    }
+
+    /// Goes back to where this episode, or another one that was the same until then, stood.
+    pub(super) fn go_home(&mut self, home: &Home) -> anyhow::Result<()> {
+        self.body.restore(&home.world)?;
+        self.codec.restore(&home.inputs);
+        self.reward.restore(&home.reward)?;
+        self.restored();
+        Ok(())
     }
 
     /// After body, codec and reward have gone back to what was saved of them after settling.

@@ -8,6 +8,7 @@ mod body;
 mod codec;
 mod episode;
 mod error;
+mod learner;
 mod solver;
 mod state;
 mod structure;
@@ -17,6 +18,7 @@ mod wind;
 use std::time::Duration;
 
 use gpomdp::Optimiser;
+use policy::Policy;
 use svenja::Morphology;
 
 pub use body::{Body, Whereabouts};
@@ -31,20 +33,27 @@ use runs::{Recording, Ring, Row};
 
 use crate::experiment::Experiment;
 use actor::Actor;
+use episode::Home;
+use learner::Learner;
 
 /// One training instance at work: a policy that acts in some worlds at a time, and learns from all.
 pub struct Session {
     /// T, in each world.
     steps_per_update: u64,
-    /// One a world, at least one, all with the same parameters.
+    /// What is learned, theta: it doesn't act, but copies of it do.
+    policy: Box<dyn Policy>,
+    /// One a world, at least one.
     actors: Vec<Actor>,
+    learner: Box<dyn Learner>,
     optimiser: Box<dyn Optimiser>,
     /// Of the first world.
     ring: Ring,
     /// Control steps done in each world, settling not counted.
     steps: u64,
     updates: u64,
-    /// theta and its gradient on their way through the optimiser, `[n_parameters]`.
+    /// Where the robots settled, if each update begins there: it's the same in all worlds.
+    home: Option<Home>,
+    /// theta, or a world's, and a gradient, on their way from here to there, `[n_parameters]`.
     parameters: Vec<f64>,
     gradient: Vec<f64>,
 }
@@ -67,40 +76,71 @@ impl Session {
         if let Some(path) = experiment.initial() {
             structure::start_from(&mut *policy, path, initial.unwrap_or_default())?;
         }
-        let parameters = policy.parameters().to_vec();
-        check_room(parameters.len(), learning.worlds)?;
-        let mut actors = vec![Actor::new(experiment, morphology, policy, seed, 0)?];
-        for world in 1..learning.worlds {
-            let mut policy = build_policy(experiment, morphology, seed)?;
-            policy.set_parameters(&parameters)?;
-            actors.push(Actor::new(experiment, morphology, policy, seed, world)?);
-        }
+        let n = policy.parameters().len();
+        check_room(n, learning.worlds)?;
+        let actor = |world| {
+            let copy = build_policy(experiment, morphology, seed)?;
+            Actor::new(experiment, morphology, copy, seed, world)
+        };
         let ring_layout = recorded_layout(experiment, morphology);
         Ok(Self {
             steps_per_update: learning.steps_per_update,
-            actors,
-            optimiser: learning.optimiser.build(parameters.len()).map_err(|error| build(&error))?,
+            actors: (0..learning.worlds).map(actor).collect::<Result<_, _>>()?,
+            learner: learner::build(learning, n, seed).map_err(|error| build(&error))?,
+            optimiser: learning.optimiser.build(n).map_err(|error| build(&error))?,
             ring: Ring::new(ring_layout, experiment.record.steps as usize)
                 .map_err(|e| build(&e))?,
             steps: 0,
             updates: 0,
-            gradient: vec![0.0; parameters.len()],
-            parameters,
+            home: None,
+            parameters: vec![0.0; n],
+            gradient: vec![0.0; n],
+            policy,
         })
     }
 
     /// Before the physics of a control step: what the robots shall do.
     fn before(&mut self) -> Result<(), Error> {
-        let begins = self.is_between_updates();
-        let steps = self.steps;
-        self.each_actor(|actor| actor.before(steps, begins))
+        if !self.is_settling() && self.is_between_updates() {
+            self.begin_update()?;
+        }
+        let (steps, needs_score) = (self.steps, self.learner.needs_scores());
+        self.each_actor(|actor, _, _| actor.before(steps, needs_score))
+    }
+
+    /// The worlds get their parameters, and are where they shall begin.
+    fn begin_update(&mut self) -> Result<(), Error> {
+        if self.learner.begins_anew() && self.home.is_none() {
+            let home = self.actors[0].episode.home();
+            self.home = Some(home.map_err(|error| self.blew_up(error))?);
+        }
+        let home = self.home.take();
+        let begun = self.each_actor(|actor, _, _| {
+            if let Some(home) = &home {
+                actor.episode.go_home(home)?;
+            }
+            actor.begin_update();
+            Ok(())
+        });
+        self.home = home;
+        begun?;
+        self.hand_out_parameters()
+    }
+
+    /// Each world's own, of this update.
+    fn hand_out_parameters(&mut self) -> Result<(), Error> {
+        for (world, actor) in self.actors.iter_mut().enumerate() {
+            let theta = self.policy.parameters();
+            self.learner.candidate(self.updates, world, theta, &mut self.parameters);
+            actor.policy.set_parameters(&self.parameters)?;
+        }
+        Ok(())
     }
 
     /// After the physics of a control step: what it was worth, and what it tells.
     fn after(&mut self) -> Result<(), Error> {
-        let is_settling = self.is_settling();
-        let updates = self.updates;
-        self.each_actor(|actor| actor.after(updates))?;
+        let (updates, is_settling) = (self.updates, self.is_settling());
+        self.each_actor(|actor, world, learner| actor.after(updates, world, learner))?;
         if !is_settling {
             self.actors[0].record(&mut self.ring).map_err(|error| self.blew_up(error))?;
             self.steps += 1;
@@ -111,12 +151,11 @@ impl Session {
     /// Does something with each; the first that fails is the cell's end.
     fn each_actor(
         &mut self,
-        mut act: impl FnMut(&mut Actor) -> anyhow::Result<()>,
+        mut act: impl FnMut(&mut Actor, usize, &mut dyn Learner) -> anyhow::Result<()>,
     ) -> Result<(), Error> {
         for world in 0..self.actors.len() {
-            act(&mut self.actors[world]).map_err(|error| Error::BlewUp {
-                when: self.now(world),
-                message: error.to_string(),
+            act(&mut self.actors[world], world, &mut *self.learner).map_err(|error| {
+                Error::BlewUp { when: self.now(world), message: error.to_string() }
             })?;
         }
         Ok(())
@@ -135,15 +174,12 @@ impl Session {
         Ok(self.row())
     }
 
-    /// The one place where parameters change: a step up the mean of the worlds' gradients.
+    /// The one place where what is learned changes.
     fn change_parameters(&mut self) -> anyhow::Result<()> {
-        mean(self.actors.iter().map(|actor| actor.estimator.gradient()), &mut self.gradient);
-        self.parameters.copy_from_slice(self.actors[0].policy.parameters());
+        self.learner.gradient(self.updates, &mut self.gradient)?;
+        self.parameters.copy_from_slice(self.policy.parameters());
         self.optimiser.update(&mut self.parameters, &self.gradient)?;
-        for actor in &mut self.actors {
-            actor.policy.set_parameters(&self.parameters)?;
-            actor.estimator.restart();
-        }
+        self.policy.set_parameters(&self.parameters)?;
         self.updates += 1;
         Ok(())
     }
@@ -153,7 +189,7 @@ impl Session {
         Row {
             update: self.updates,
             control_steps: self.control_steps(),
-            parameter_norm: norm(&self.parameters),
+            parameter_norm: norm(self.policy.parameters()),
             gradient_norm: norm(&self.gradient),
             ..tally::row(tallies, self.steps_per_update)
         }
@@ -233,7 +269,7 @@ impl Session {
     /// # Errors
     /// Parameters that blew up.
     pub fn policy_file(&self) -> Result<Vec<u8>, Error> {
-        self.actors[0].policy.to_safetensors().map_err(|error| self.blew_up(error))
+        self.policy.to_safetensors().map_err(|error| self.blew_up(error))
     }
 
     /// The last control steps, in its first world.
@@ -280,16 +316,6 @@ pub fn control_step(sessions: &mut [&mut Session], solver: &mut Solver) -> Vec<R
         };
     }
     results
-}
-
-/// The mean of slices that are all as long, summed in their order.
-fn mean<'a>(slices: impl ExactSizeIterator<Item = &'a [f64]>, mean: &mut [f64]) {
-    let n = slices.len() as f64;
-    mean.fill(0.0);
-    for slice in slices {
-        mean.iter_mut().zip(slice).for_each(|(sum, value)| *sum += value);
-    }
-    mean.iter_mut().for_each(|sum| *sum /= n);
 }
 
 fn norm(values: &[f64]) -> f64 {

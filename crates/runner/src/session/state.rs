@@ -11,13 +11,16 @@ use super::{Error, Session, actor::Actor};
 const PARAMETERS: &str = "parameters";
 const OPTIMISER: &str = "optimiser";
 const RECORDING: &str = "recording";
+/// Only there if each update begins where the robots settled.
+const HOME: &str = "home";
 // Those of a world.
 const WORLD: &str = "world";
 const INPUTS: &str = "inputs";
 /// The policy's random numbers.
 const CHAINS: &str = "chains";
 const REWARD: &str = "reward";
-const ESTIMATOR: &str = "estimator";
+/// The learner's: of GPOMDP, its estimator.
+const LEARNER: &str = "estimator";
 /// Only there within an update: between two of them its sums begin anew.
 const TALLY: &str = "tally";
 
@@ -33,12 +36,17 @@ impl Session {
 
     fn sections(&mut self, is_within: bool) -> anyhow::Result<BTreeMap<String, Vec<u8>>> {
         let mut sections = BTreeMap::from([
-            (PARAMETERS.to_owned(), bytes(&self.actors[0].policy.parameters())?),
+            (PARAMETERS.to_owned(), bytes(&self.policy.parameters())?),
             (OPTIMISER.to_owned(), bytes(&self.optimiser.state())?),
             (RECORDING.to_owned(), self.recording().section()?),
         ]);
+        if let Some(home) = &self.home {
+            sections.insert(HOME.to_owned(), bytes(home)?);
+        }
         for (world, actor) in self.actors.iter_mut().enumerate() {
-            let saved = actor.save(is_within)?.into_iter();
+            let mut saved = actor.save(is_within)?;
+            saved.push((LEARNER, bytes(&self.learner.state(world))?));
+            let saved = saved.into_iter();
             sections.extend(saved.map(|(section, bytes)| (numbered(section, world), bytes)));
         }
         Ok(sections)
@@ -51,19 +59,28 @@ impl Session {
     /// A section that is missing or doesn't fit. The session is then of no use.
     pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), Error> {
         let sections = Sections { checkpoint, world: 0 };
-        self.parameters = sections.read(PARAMETERS)?;
+        sections.put::<Vec<f64>, _>(PARAMETERS, |it| self.policy.set_parameters(&it))?;
         sections.put::<Vec<f64>, _>(OPTIMISER, |it| self.optimiser.restore(&it))?;
         let recording = Recording::decode(Path::new("checkpoint"), sections.part(RECORDING)?);
         let recording = recording.map_err(|error| sections.misfit(RECORDING, error))?;
         self.ring.restore(&recording).map_err(|error| sections.misfit(RECORDING, error))?;
-
-        let within = steps_within_update(&checkpoint.header, self.steps_per_update, self.worlds());
+        if self.learner.begins_anew() {
+            self.home = Some(sections.read(HOME)?);
+        }
         self.updates = checkpoint.header.updates;
         self.steps = checkpoint.header.control_steps / self.worlds() as u64;
+        self.restore_worlds(checkpoint)?;
+        self.hand_out_parameters()
+    }
+
+    fn restore_worlds(&mut self, checkpoint: &Checkpoint) -> Result<(), Error> {
+        let within = steps_within_update(&checkpoint.header, self.steps_per_update, self.worlds());
         for (world, actor) in self.actors.iter_mut().enumerate() {
             let sections = Sections { checkpoint, world };
-            actor.restore(&sections, &self.parameters)?;
-            let steps = actor.estimator.steps();
+            actor.restore(&sections)?;
+            let learner = &mut self.learner;
+            sections.put::<Vec<f64>, _>(LEARNER, |state| learner.restore(world, &state))?;
+            let steps = learner.steps(world);
             if within != Some(steps) {
                 let Header { updates, control_steps, .. } = checkpoint.header;
                 let message = format!(
@@ -71,7 +88,7 @@ impl Session {
                      {control_steps} with {updates} updates of {}",
                     self.steps_per_update
                 );
-                return Err(sections.misfit(ESTIMATOR, message));
+                return Err(sections.misfit(LEARNER, message));
             }
             if steps > 0 {
                 actor.tally = sections.read(TALLY)?;
@@ -88,7 +105,6 @@ impl Actor {
             (INPUTS, bytes(&self.episode.inputs())?),
             (CHAINS, bytes(&self.policy.random_state())?),
             (REWARD, bytes(&self.episode.reward.save())?),
-            (ESTIMATOR, bytes(&self.estimator.state())?),
         ];
         if is_within_update {
             sections.push((TALLY, bytes(&self.tally)?));
@@ -96,8 +112,8 @@ impl Actor {
         Ok(sections)
     }
 
-    fn restore(&mut self, sections: &Sections<'_>, parameters: &[f64]) -> Result<(), Error> {
-        let Self { episode, policy, estimator, .. } = self;
+    fn restore(&mut self, sections: &Sections<'_>) -> Result<(), Error> {
+        let Self { episode, policy, .. } = self;
         let world = episode.body.restore(sections.part(WORLD)?);
         world.map_err(|error| sections.misfit(WORLD, error))?;
         let n_inputs = episode.inputs().len();
@@ -108,10 +124,7 @@ impl Actor {
         sections.put::<Vec<u64>, _>(REWARD, |words| episode.reward.restore(&words))?;
         episode.restored();
 
-        let set = policy.set_parameters(parameters);
-        set.map_err(|error| sections.misfit(PARAMETERS, error))?;
-        sections.put::<Vec<u32>, _>(CHAINS, |words| policy.set_random_state(&words))?;
-        sections.put::<Vec<f64>, _>(ESTIMATOR, |state| estimator.restore(&state))
+        sections.put::<Vec<u32>, _>(CHAINS, |words| policy.set_random_state(&words))
     }
 }
 

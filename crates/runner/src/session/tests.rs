@@ -13,7 +13,7 @@ use reward::Terms;
 use runs::{Checkpoint, Extent, Header};
 
 use super::{actor::Buffers, *};
-use crate::experiment::Experiment;
+use crate::experiment::{EvolutionSettings, Experiment, LearnerSettings};
 
 /// T
 const T: usize = 60;
@@ -45,8 +45,15 @@ fn session() -> (Session, Morphology) {
 fn build(worlds: usize) -> Session {
     let (mut experiment, morphology) = crawler();
     experiment.learning.worlds = worlds;
+    if worlds == EVOLVING {
+        let settings = EvolutionSettings { sigma: 0.3, skip: 7 };
+        experiment.learning.learner = LearnerSettings::Evolution(settings);
+    }
     Session::build(&experiment, &morphology, None, 4).unwrap()
 }
+
+/// So many worlds are a population.
+const EVOLVING: usize = 6;
 
 fn settled(worlds: usize) -> Session {
     let mut session = build(worlds);
@@ -73,10 +80,10 @@ fn update(session: &mut Session) -> Row {
 #[test]
 fn scores_and_rewards_move_the_parameters_as_the_paper_says() {
     let (mut session, _) = session();
-    let n = session.actors[0].policy.parameters().len();
+    let n = session.policy.parameters().len();
     let mut change = vec![0.0; n];
     for _ in 0..3 {
-        let before = session.actors[0].policy.parameters().to_vec();
+        let before = session.policy.parameters().to_vec();
         let (mut z, mut delta) = (vec![0.0; n], vec![0.0; n]);
         for k in 1..=T {
             advance(&mut session);
@@ -90,7 +97,7 @@ fn scores_and_rewards_move_the_parameters_as_the_paper_says() {
         session.learn().unwrap();
         for i in 0..n {
             change[i] = 2.0 * (delta[i] - 0.01 * before[i]) + 0.5 * change[i];
-            let error = session.actors[0].policy.parameters()[i] - (before[i] + change[i]);
+            let error = session.policy.parameters()[i] - (before[i] + change[i]);
             assert!(error.abs() < 1e-12, "parameter {i}: {error}");
         }
         assert!(change.iter().any(|d| d.abs() > 1e-6), "nothing is learned");
@@ -102,11 +109,12 @@ fn scores_and_rewards_move_the_parameters_as_the_paper_says() {
 #[test]
 fn worlds_share_the_parameters_and_nothing_else() {
     let (mut one, mut three, mut four) = (settled(1), settled(3), settled(4));
-    let start = one.parameters.clone();
+    let start = one.policy.parameters().to_vec();
     let first = |session: &mut Session| {
         (0..T).for_each(|_| advance(session));
-        let gradients = session.actors.iter().map(|actor| actor.estimator.gradient().to_vec());
-        gradients.collect::<Vec<_>>()
+        // Steps, sum of rewards, trace, gradient.
+        let gradient = |world| session.learner.state(world)[2 + start.len()..].to_vec();
+        (0..session.worlds()).map(gradient).collect::<Vec<_>>()
     };
     let alone = first(&mut one);
     let together = first(&mut three);
@@ -134,10 +142,51 @@ fn worlds_share_the_parameters_and_nothing_else() {
     for i in 0..start.len() {
         let gradient = together.iter().map(|of_world| of_world[i]).sum::<f64>() / 3.0;
         let expected = start[i] + 2.0 * (gradient - 0.01 * start[i]);
-        assert!((three.parameters[i] - expected).abs() < 1e-12, "parameter {i}");
-        for actor in &three.actors {
-            assert_eq!(actor.policy.parameters(), three.parameters);
+        assert!((three.policy.parameters()[i] - expected).abs() < 1e-12, "parameter {i}");
+    }
+    advance(&mut three);
+    for actor in &three.actors {
+        assert_eq!(actor.policy.parameters(), three.policy.parameters());
+    }
+}
+
+/// Each update is an episode from where the robots settled: a candidate does what any cell does with
+/// its parameters, and the step goes where the better candidates are.
+#[test]
+fn a_population_evolves() {
+    let mut session = settled(EVOLVING);
+    let n = session.policy.parameters().len();
+    let strategy = evolution::Strategy::new(EVOLVING, 0.3, 4).unwrap();
+    let mut change = vec![0.0; n];
+    let mut start = None;
+    for generation in 0..3 {
+        let theta = session.policy.parameters().to_vec();
+        let mut fitness = [0.0; EVOLVING];
+        session.begin_update().unwrap();
+        let place = |actor: &Actor| *actor.episode.whereabouts();
+        start.get_or_insert(place(&session.actors[0]));
+        assert!(session.actors.iter().all(|actor| Some(place(actor)) == start));
+        for step in 1..=T {
+            advance(&mut session);
+            for (world, actor) in session.actors.iter().enumerate() {
+                let mut candidate = vec![0.0; n];
+                strategy.candidate(generation, world, &theta, &mut candidate);
+                assert_eq!(actor.policy.parameters(), candidate);
+                if step > 7 {
+                    fitness[world] += actor.terms.reward;
+                }
+            }
         }
+        let mut gradient = vec![0.0; n];
+        strategy.gradient(generation, &fitness, &mut gradient).unwrap();
+        let row = session.learn().unwrap();
+        assert_eq!(row.control_steps, (generation + 1) * (T * EVOLVING) as u64);
+        for i in 0..n {
+            change[i] = 2.0 * (gradient[i] - 0.01 * theta[i]) + 0.5 * change[i];
+            let error = session.policy.parameters()[i] - (theta[i] + change[i]);
+            assert!(error.abs() < 1e-12, "parameter {i}: {error}");
+        }
+        assert!(gradient.iter().any(|g| *g != 0.0));
     }
 }
 
@@ -150,7 +199,7 @@ fn the_wind_changes_what_is_done_and_not_what_is_learned() {
     let mut n_flipped = 0;
     for step in 0..2 * T as u64 {
         let inputs = session.actors[0].episode.codec.inputs().to_vec();
-        policy.set_parameters(session.actors[0].policy.parameters()).unwrap();
+        policy.set_parameters(session.policy.parameters()).unwrap();
         policy.set_random_state(&session.actors[0].policy.random_state()).unwrap();
         advance(&mut session);
         let Buffers { output, action, score, .. } = &session.actors[0].buffers;
@@ -265,7 +314,7 @@ fn a_session_starts_from_what_another_has_exported() {
     let as_drawn = Session::build(&experiment, &morphology, None, 5).unwrap();
     experiment.policy.start = Start::File("/x".into());
     let started = Session::build(&experiment, &morphology, Some(&file), 5).unwrap();
-    assert_eq!(started.actors[0].policy.parameters(), one.actors[0].policy.parameters());
+    assert_eq!(started.policy.parameters(), one.policy.parameters());
     // What it draws is the seed's, wherever its parameters are from.
     assert_eq!(started.actors[0].policy.random_state(), as_drawn.actors[0].policy.random_state());
 
@@ -309,7 +358,7 @@ proptest! {
     #[test]
     fn stopped_at_any_control_step_it_goes_on_with_the_same_bits(
         stops in proptest::collection::vec(1..3 * T, 1..6),
-        worlds in 1..4_usize,
+        worlds in prop_oneof![Just(1), Just(3), Just(EVOLVING)],
     ) {
         prop_assert_eq!(interrupted(worlds, &stops), interrupted(worlds, &[]));
     }
