@@ -28,18 +28,22 @@
 
 #![forbid(unsafe_code)]
 
+mod compound;
 mod document;
 mod foreign;
 mod problem;
 mod rule;
 mod section;
+mod setting;
 mod value;
 
+pub use compound::{Placed, list, or_false, or_word, placed, vector};
 pub use document::{Document, LARGEST_FILE};
 pub use problem::{MOST_PROBLEMS, Place, Problem, Problems};
 pub use rule::{
-    Mismatch, Placed, Rule, above, angle_deg, at_least, count, flag, integer, list, name, number,
-    one_of, or_false, or_word, placed, text, vector, within,
+    Mismatch, Rule, above, angle_deg, at_least, count, flag, integer, name, number, one_of, text,
+    within,
 };
 pub use section::{Section, suggestion};
+pub use setting::{About, Only, Presence, Setting, settings};
 pub use value::{Key, Node, Value, shown};
