@@ -221,6 +221,20 @@ fn senseless_states_are_refused_and_change_nothing() {
     }
 }
 
+#[test]
+fn every_setting_is_declared_with_what_it_means() {
+    for optimiser in OptimiserSettings::all() {
+        let fields: toml::Table = toml::from_str(&toml::to_string(&optimiser).unwrap()).unwrap();
+        let fields = fields[optimiser.name()].as_table().unwrap().keys();
+        let declared = optimiser.settings().iter();
+        assert!(declared.clone().map(|setting| setting.name).eq(fields), "{optimiser:?}");
+        for Setting { name, about, expected } in declared {
+            assert!(!about.is_empty() && !expected.is_empty(), "{name}");
+        }
+        assert!(optimiser.about().ends_with('.'), "{optimiser:?}");
+    }
+}
+
 /// For each setting of each optimiser, values just outside its range.
 #[test]
 fn settings_out_of_range_are_refused_by_name() {
