@@ -53,7 +53,7 @@ impl RewardSettings {
              the mix's nominal maximum, 0.01 * 0.1^power: 0.001 for power 1 and the linear mix",
         );
         Some(Self {
-            scale: section.or("scale", scale, 1.0),
+            scale: section.or("scale", scale, Self::default().scale),
             penalty: section.or("penalty", penalty, one_percent),
             extrinsic: extrinsic?,
             intrinsic: intrinsic?,

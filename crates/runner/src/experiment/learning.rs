@@ -1,11 +1,10 @@
 //! The table `learning`: how the policy learns.
 //!
-//! The settings of an optimiser are those of `gpomdp`, whatever the list of optimisers there: the
-//! keys are the fields of its defaults, and its own constructor checks their ranges. Those of the
-//! paper's optimiser, `momentum`, stand in `learning` itself, those of another one in a table of
+//! The settings of an optimiser are those that `gpomdp` declares, whatever the list of optimisers there,
+//! and its own constructor checks their ranges. Those of the paper's optimiser, `momentum`, stand in `learning` itself, those of another one in a table of
 //! its name, as in `learning.adam.rate`.
 
-use config::{Mismatch, Node, Rule, Section, count, number, one_of, or_false, within};
+use config::{Mismatch, Node, Rule, Section, count, number, or_false, within};
 use gpomdp::{EstimatorSettings, OptimiserSettings};
 use serde::{Serialize, Serializer, ser::SerializeMap};
 
@@ -17,17 +16,17 @@ const INLINE: &str = "momentum";
 /// How the policy learns.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LearningSettings {
-    /// Updates of the policy, 1 to 10^9; 30,000.
+    /// Updates of the policy.
     pub updates: u64,
-    /// Control steps for each update, 1 to 10^9; 100.
+    /// Control steps for each update.
     pub steps_per_update: u64,
-    /// The discount of the trace of scores, 0 to 1; 0.75.
+    /// The discount of the trace of scores.
     pub discount: f64,
-    /// Factor per control step of the running average that is subtracted from rewards, 0 to 1; by
-    /// default none, which is written false.
+    /// Factor per control step of the running average that is subtracted from rewards; none is written
+    /// false.
     #[serde(serialize_with = "write_or_false")]
     pub baseline: Option<f64>,
-    /// The optimiser, which makes steps of gradients; momentum.
+    /// The optimiser, which makes steps of gradients.
     #[serde(flatten, serialize_with = "write_optimiser")]
     pub optimiser: OptimiserSettings,
 }
@@ -36,11 +35,19 @@ impl LearningSettings {
     pub(super) fn read(section: &mut Section<'_>) -> Option<Self> {
         /// So that control steps can be counted in 64 bits.
         const MOST: i64 = 1_000_000_000;
-        let discount = EstimatorSettings::default().discount;
-        let updates = section.or("updates", count(1, MOST), 30_000);
-        let steps_per_update = section.or("steps_per_update", count(1, MOST), 100);
-        let discount = section.or("discount", within(0.0, 1.0), discount);
-        let baseline = section.or("baseline", or_false(within(0.0, 1.0)), None);
+        let updates = count(1, MOST).about(
+            "updates of each cell; more, with `--set` or `itarl resume --updates`, extend a run",
+        );
+        let updates = section.or("updates", updates, 30_000);
+        let steps_per_update = count(1, MOST).about("control steps for each update");
+        let steps_per_update = section.or("steps_per_update", steps_per_update, 100);
+        let discount = within(0.0, 1.0).about("discount of the trace of scores");
+        let discount = section.or("discount", discount, EstimatorSettings::default().discount);
+        let baseline = or_false(within(0.0, 1.0)).about(
+            "factor per control step of the running average that is subtracted from rewards (0.998 is \
+             a good start); `false`: none",
+        );
+        let baseline = section.or("baseline", baseline, None);
         let optimiser = read_optimiser(section)?;
         Some(Self { updates, steps_per_update, discount, baseline, optimiser })
     }
@@ -48,21 +55,20 @@ impl LearningSettings {
 
 fn read_optimiser(section: &mut Section<'_>) -> Option<OptimiserSettings> {
     let all = OptimiserSettings::all();
-    let choices: Vec<_> = all.iter().map(|settings| (settings.name(), settings.clone())).collect();
-    let Some(chosen) = section.given_or("optimiser", one_of(&choices), all[0].clone()) else {
-        section.accept_all();
-        return None;
-    };
-    for other in all.iter().filter(|other| other.name() != chosen.name()) {
-        refuse_settings_of(other, chosen.name(), section);
-    }
-    match chosen.name() {
-        INLINE => read_fields(section, &chosen),
-        name => section.table_or_empty(name, |table| {
-            table.call(format!("learning.{name}"));
-            read_fields(table, &chosen)
-        }),
-    }
+    let kinds: Vec<_> = all.iter().map(|settings| (settings.name(), settings.about())).collect();
+    section.kind("optimiser", "what makes steps of gradients", &kinds, |section, chosen| {
+        for other in all.iter().filter(|other| other.name() != chosen) {
+            refuse_settings_of(other, chosen, section);
+        }
+        let default = all.iter().find(|settings| settings.name() == chosen)?;
+        if chosen == INLINE {
+            return read_fields(section, default);
+        }
+        section.table_or_empty(chosen, |table| {
+            table.call(format!("learning.{chosen}"));
+            read_fields(table, default)
+        })
+    })
 }
 
 /// A setting that would change nothing is a mistake.
@@ -90,12 +96,16 @@ fn read_fields(
     let defaults = fields(default);
     let mut values = defaults.clone();
     let mut fit = true;
-    for (key, value) in &mut values {
-        let given = section.has(key);
-        match section.optional(key, number()) {
-            Some(number) => *value = number.into(),
-            None => fit &= !given,
-        }
+    for setting in default.settings() {
+        let rule = number().about(setting.about).condition(setting.expected);
+        let by_default = defaults.get(setting.name)?.as_float()?;
+        match section.given_or(setting.name, rule, by_default) {
+            Some(number) => values.insert(setting.name.into(), number.into()),
+            None => {
+                fit = false;
+                None
+            }
+        };
     }
     loop {
         let all = toml::Table::from_iter([(default.name().to_owned(), values.clone().into())]);
@@ -164,6 +174,10 @@ impl Rule for Anything {
 
     fn take(&self, _: &Node) -> Result<(), Mismatch> {
         Ok(())
+    }
+
+    fn written(&self, (): &()) -> String {
+        self.expected()
     }
 }
 
