@@ -53,7 +53,7 @@ impl PolicySettings {
                  another run's cell, with the same kind, sizes and connections; the run has a copy \
                  of it",
             )
-            .condition("a path, found as that of `model` is");
+            .condition("a file's path, found as that of `model` is");
         let initial = section.optional("initial", initial);
         if section.has("initial_scale") && section.has("initial") {
             let message = "initial_scale is for random parameters, and initial takes a file's";

@@ -26,6 +26,10 @@ Example:
   itarl train experiments/quick.toml --out runs/quick
   itarl status runs/quick";
 
+const CONFIG_USAGE: &str = "\
+itarl config [OPTIONS] <FILE>
+       itarl config --help [KEY]";
+
 /// What to do.
 #[derive(Debug, Subcommand)]
 pub enum Command {
@@ -72,6 +76,7 @@ docs/figures.md says what each figure and table shows.")]
     /// Print the complete settings of an experiment file
     #[command(
         disable_help_flag = true,
+        override_usage = CONFIG_USAGE,
         after_help = "Examples:
   itarl config experiments/quick.toml --set learning.rate=0.3
   itarl config --help reward.mix.xi    # what that setting means, its range, its default

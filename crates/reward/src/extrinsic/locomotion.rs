@@ -26,8 +26,10 @@ pub struct LocomotionSettings {
 
 impl LocomotionSettings {
     pub(super) fn read(section: &mut Section<'_>) -> Option<Self> {
-        let scale = or_word(within(-1e50, 1e50), OF_MODEL)
-            .about("its factor; `\"model\"`: the model's own; negative for backwards");
+        let scale = or_word(within(-1e50, 1e50), OF_MODEL).about(
+            "what a metre in a control step counts; `\"model\"`: what the model says; negative: \
+             backwards",
+        );
         Some(Self { scale: section.or("scale", scale, None) })
     }
 }

@@ -21,7 +21,8 @@ impl Default for TurningSettings {
 
 impl TurningSettings {
     pub(super) fn read(section: &mut Section<'_>) -> Option<Self> {
-        let scale = within(-1e50, 1e50).about("its factor; negative for turning to the right");
+        let scale = within(-1e50, 1e50)
+            .about("what a radian in a control step counts; negative: to the right");
         Some(Self { scale: section.or("scale", scale, Self::default().scale) })
     }
 }

@@ -34,7 +34,7 @@ impl Xi {
                 "xi over time in place of `xi`: pairs [update, xi], linear between them, constant \
                  before and after; updates are counted from 0",
             )
-            .condition("updates increase, xi is 0 to 1");
+            .condition("with increasing updates and xi from 0 to 1");
         let schedule = section.optional("schedule", schedule);
         let xi = within(0.0, 1.0).about("share of the extrinsic part");
         let xi = section.given_or("xi", xi, XI);

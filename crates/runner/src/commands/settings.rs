@@ -57,5 +57,6 @@ fn explanation(setting: &Setting) -> String {
         let kinds: Vec<_> = only.kinds.iter().map(|kind| format!("\"{kind}\"")).collect();
         table.add_row(["only where", &format!("{} is {}", only.key, kinds.join(" or "))]);
     }
-    format!("{}\n{}", setting.key, table.trim_fmt())
+    // Code isn't marked in a terminal.
+    format!("{}\n{}", setting.key, table.trim_fmt().replace('`', ""))
 }

@@ -72,9 +72,9 @@ impl Experiment {
     pub fn read(root: &mut Section<'_>) -> Option<Self> {
         let description = text().about("what it's for, for readers; changes nothing");
         let description = root.optional("description", description);
-        let model = text()
-            .about("the robot's file")
-            .condition("a path from this file's folder; with `--set`, from the current folder");
+        let model = text().about("the robot's file").condition(
+            "a file's path from this file's folder; with `--set`, from the current folder",
+        );
         let model = root.required("model", model);
         let physics = root.table_or_empty("physics", |section| {
             let place = section.place_of("frequency_hz");
