@@ -5,6 +5,10 @@
 //! says what the value must be. What doesn't fit is collected, and so are keys that nobody asked
 //! for; the reader gets either what it made or all [`Problems`].
 //!
+//! The code that reads a key is also its declaration: a rule may have what the value is
+//! [about](Rule::about), and [`settings`] asks a reader, without a file, for all keys with their
+//! meanings, ranges and defaults, those of every [kind](Section::kind) among them.
+//!
 //! ```
 //! use config::{Document, above, text};
 //!

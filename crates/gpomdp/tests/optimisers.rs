@@ -3,6 +3,7 @@
 
 use gpomdp::{
     AdamSettings, Error, LIMIT, MomentumSettings, Optimiser, OptimiserSettings, RpropSettings,
+    Setting,
 };
 use proptest::{collection::vec, prelude::*};
 

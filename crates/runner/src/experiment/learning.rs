@@ -1,8 +1,9 @@
 //! The table `learning`: how the policy learns.
 //!
-//! The settings of an optimiser are those that `gpomdp` declares, whatever the list of optimisers there,
-//! and its own constructor checks their ranges. Those of the paper's optimiser, `momentum`, stand in `learning` itself, those of another one in a table of
-//! its name, as in `learning.adam.rate`.
+//! The settings of an optimiser are those that `gpomdp` declares, whatever the list of optimisers
+//! there, and its own constructor checks their ranges. Those of the paper's optimiser, `momentum`,
+//! stand in `learning` itself, those of another one in a table of its name, as in
+//! `learning.adam.rate`.
 
 use config::{Mismatch, Node, Rule, Section, count, number, or_false, within};
 use gpomdp::{EstimatorSettings, OptimiserSettings};
@@ -99,13 +100,11 @@ fn read_fields(
     for setting in default.settings() {
         let rule = number().about(setting.about).condition(setting.expected);
         let by_default = defaults.get(setting.name)?.as_float()?;
-        match section.given_or(setting.name, rule, by_default) {
-            Some(number) => values.insert(setting.name.into(), number.into()),
-            None => {
-                fit = false;
-                None
-            }
-        };
+        if let Some(number) = section.given_or(setting.name, rule, by_default) {
+            values.insert(setting.name.into(), number.into());
+        } else {
+            fit = false;
+        }
     }
     loop {
         let all = toml::Table::from_iter([(default.name().to_owned(), values.clone().into())]);
