@@ -123,7 +123,7 @@ fn a_setting_is_explained_by_its_key() {
     assert!(policy.lines().all(|line| line.chars().count() <= 100), "{policy}");
     itarl(&["config", "--help", "reward.mix.xii"])
         .ends(USAGE)
-        .complains(&["no setting is called so, did you mean 'reward.mix.xi'?"]);
+        .complains(&["no such setting, did you mean 'reward.mix.xi'?"]);
     // Without a key it's the command's help, wherever it stands.
     let help =
         itarl(&["config", "--help"]).ends(DONE).prints(&["Usage: itarl config", "<FILE>"]).out;

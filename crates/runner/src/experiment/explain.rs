@@ -39,8 +39,8 @@ pub fn known(key: &str) -> Result<String, String> {
     });
     Err(match suggestion(key, names) {
         alike if alike.is_empty() => {
-            "no setting is called so; docs/experiment-files.md has them all".into()
+            "no such setting; docs/experiment-files.md has them all".into()
         }
-        alike => format!("no setting is called so{alike}"),
+        alike => format!("no such setting{alike}"),
     })
 }

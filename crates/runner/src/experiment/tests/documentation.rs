@@ -195,7 +195,7 @@ fn settings_are_found_by_their_keys() {
     assert_eq!(keys("policy.hidden_units"), ["policy.hidden_units"; 2]);
     assert_eq!(keys("nothing"), [""; 0]);
     for (key, alike) in [("reward.mix.xii", "reward.mix.xi"), ("lerning", "learning")] {
-        let expected = format!("no setting is called so, did you mean '{alike}'?");
+        let expected = format!("no such setting, did you mean '{alike}'?");
         assert_eq!(known(key).unwrap_err(), expected);
     }
     assert_eq!(known("policy.hidden").unwrap(), "policy.hidden");
