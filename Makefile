@@ -13,11 +13,12 @@ ESBUILD := esbuild@0.28.2
 ASAN_SEQUENCES ?= 5000
 VALGRIND_SEQUENCES ?= 1500
 
-.PHONY: help demo test crash-test lockstep-test verify-lockstep lint bench asan valgrind three setup
+.PHONY: help demo test docs crash-test lockstep-test verify-lockstep lint bench asan valgrind three setup
 
 help:
 	@echo "make demo      train Svenja for some minutes, and show what came out"
 	@echo "make test      all tests; those of the bindings with Bullet in double precision, too"
+	@echo "make docs      the tables of settings in docs/, from the code that reads them"
 	@echo "make crash-test  training killed at 200 random moments"
 	@echo "make lockstep-test  lanes against Bullet's own solver, longer than in make test"
 	@echo "make verify-lockstep  the same with Svenja, 100,000 steps a lane (half an hour or more)"
@@ -45,6 +46,10 @@ test: setup
 	LOCKSTEP_STEPS=60 cargo test -p svenja --features float64 --test lockstep --test spawn
 	cargo test -p svenja --no-default-features
 	cargo test --release -p crbm -p gpomdp -p infotheory
+
+# Without WRITE_DOCS this test says whether the tables are those of the code.
+docs: setup
+	WRITE_DOCS=1 cargo test -p runner --lib the_tables_of_the_page_are_those_of_the_code
 
 # Killed at 200 random moments, and the same bytes in the end.
 crash-test: setup

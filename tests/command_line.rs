@@ -69,6 +69,8 @@ fn ends_are_told_apart() {
         &["cell", CRAWLER, "--out", "x"],
         &["rollout", "x", "--steps", "0"],
         &["completions", "basic"],
+        &["config"],
+        &["config", "--help", "reward.mix.xii"],
         &[],
     ] {
         let said = itarl(words).ends(USAGE);
@@ -100,6 +102,34 @@ fn a_configuration_gives_itself_again() {
     train(&run, &["--stop-after", "1"]).ends(STOPPED);
     fs::write(&file, itarl(&["config", CRAWLER]).out).unwrap();
     itarl(&["train", text(&file), "--out", text(&run)]).ends(DONE);
+}
+
+#[test]
+fn a_setting_is_explained_by_its_key() {
+    let explained = |key: &str| itarl(&["config", "--help", key]).ends(DONE).out;
+    assert_eq!(
+        explained("reward.mix.power"),
+        "reward.mix.power\n meaning     the power of the whole\n \
+         value       a number from 0.01 to 100\n default     2\n \
+         only where  reward.mix.kind is \"geometric\"\n"
+    );
+    // Of a table all, each with the kinds that have it, and the kinds with what they are.
+    let policy = explained("policy");
+    for line in ["policy.memory", "policy.hidden_units", " only where  policy.kind is \"modular\""]
+    {
+        assert!(policy.lines().any(|found| found == line), "{policy}");
+    }
+    assert!(policy.contains("\"logistic\": Each bit by itself"), "{policy}");
+    assert!(policy.lines().all(|line| line.chars().count() <= 100), "{policy}");
+    itarl(&["config", "--help", "reward.mix.xii"])
+        .ends(USAGE)
+        .complains(&["no such setting, did you mean 'reward.mix.xi'?"]);
+    // Without a key it's the command's help, wherever it stands.
+    let help =
+        itarl(&["config", "--help"]).ends(DONE).prints(&["Usage: itarl config", "<FILE>"]).out;
+    for words in [&["config", "-h"][..], &["help", "config"], &["config", CRAWLER, "--help"]] {
+        assert_eq!(itarl(words).ends(DONE).out, help, "{words:?}");
+    }
 }
 
 #[test]

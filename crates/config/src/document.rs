@@ -7,6 +7,7 @@ use toml::de::{DeTable, DeValue};
 use crate::{
     Key, Node, Place, Problem, Problems, Section, Value,
     foreign::foreign,
+    section::Reading,
     shown,
     value::{DEEPEST, Lines, TOO_DEEP},
 };
@@ -173,7 +174,13 @@ impl Document {
         &self,
         reader: impl FnOnce(&mut Section<'_>) -> Option<T>,
     ) -> Result<T, Problems> {
-        Section::read_root(&self.root, reader)
+        let reading = Reading::default();
+        let made = Section::read_root(&self.root, &reading, reader);
+        let problems = reading.into_problems();
+        match made {
+            Some(made) if problems.is_empty() => Ok(made),
+            _ => Err(Problems::new(problems)),
+        }
     }
 
     /// The value at a path of keys with dots between.

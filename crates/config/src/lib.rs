@@ -5,6 +5,10 @@
 //! says what the value must be. What doesn't fit is collected, and so are keys that nobody asked
 //! for; the reader gets either what it made or all [`Problems`].
 //!
+//! The code that reads a key is also its declaration: a rule may have what the value is
+//! [about](Rule::about), and [`settings`] asks a reader, without a file, for all keys with their
+//! meanings, ranges and defaults, those of every [kind](Section::kind) among them.
+//!
 //! ```
 //! use config::{Document, above, text};
 //!
@@ -28,18 +32,22 @@
 
 #![forbid(unsafe_code)]
 
+mod compound;
 mod document;
 mod foreign;
 mod problem;
 mod rule;
 mod section;
+mod setting;
 mod value;
 
+pub use compound::{Placed, list, or_false, or_word, placed, vector};
 pub use document::{Document, LARGEST_FILE};
 pub use problem::{MOST_PROBLEMS, Place, Problem, Problems};
 pub use rule::{
-    Mismatch, Placed, Rule, above, angle_deg, at_least, count, flag, integer, list, name, number,
-    one_of, or_false, or_word, placed, text, vector, within,
+    Mismatch, Rule, above, angle_deg, at_least, count, flag, integer, name, number, one_of, text,
+    within,
 };
 pub use section::{Section, suggestion};
+pub use setting::{About, Only, Presence, Setting, settings};
 pub use value::{Key, Node, Value, shown};

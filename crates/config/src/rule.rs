@@ -1,8 +1,8 @@
 //! What a value must be, in words and in code.
 
-use std::marker::PhantomData;
+use std::{fmt::Display, marker::PhantomData};
 
-use crate::{Node, Place, Value, suggestion};
+use crate::{About, Node, Place, Value, suggestion};
 
 /// Turns a value into what the reader needs, or says what it should have been.
 pub trait Rule {
@@ -14,6 +14,28 @@ pub trait Rule {
 
     /// The value, if it fits.
     fn take(&self, node: &Node) -> Result<Self::Out, Mismatch>;
+
+    /// A value as a file has it, in TOML: what [`take`](Self::take) takes for it.
+    fn written(&self, value: &Self::Out) -> String;
+
+    /// With what the value means, in words that stand in a table: "share of the extrinsic part". A
+    /// unit is in the key's name or in these.
+    fn about(self, meaning: &'static str) -> About<Self>
+    where
+        Self: Sized,
+    {
+        About::new(self, meaning)
+    }
+
+    /// What the value means; empty if nobody says.
+    fn meaning(&self) -> &'static str {
+        ""
+    }
+
+    /// What the value must be, with what is checked after the rule.
+    fn range(&self) -> String {
+        self.expected()
+    }
 
     /// That the value doesn't fit.
     fn refuse(&self, node: &Node) -> Mismatch {
@@ -100,6 +122,10 @@ impl Rule for Number {
         let fits = value >= self.low && value <= self.high && !(self.open && value == self.low);
         if fits { Ok(value) } else { Err(self.refuse(node)) }
     }
+
+    fn written(&self, value: &f64) -> String {
+        bound(*value)
+    }
 }
 
 /// Without a row of zeros to count.
@@ -128,6 +154,10 @@ impl Rule for AngleDeg {
 
     fn take(&self, node: &Node) -> Result<f64, Mismatch> {
         self.0.take(node).map(f64::to_radians)
+    }
+
+    fn written(&self, angle: &f64) -> String {
+        bound(angle.to_degrees())
     }
 }
 
@@ -159,6 +189,10 @@ impl Rule for Integer {
             _ => Err(self.refuse(node)),
         }
     }
+
+    fn written(&self, value: &i64) -> String {
+        value.to_string()
+    }
 }
 
 /// A whole number within bounds, as a Rust integer.
@@ -169,11 +203,11 @@ pub struct Count<T> {
 }
 
 /// A whole number between two bounds, which it may reach, as a Rust integer. `i64::MAX` is no bound.
-pub fn count<T: TryFrom<i64>>(low: i64, high: i64) -> Count<T> {
+pub fn count<T: TryFrom<i64> + Display>(low: i64, high: i64) -> Count<T> {
     Count { whole: integer(low, high), integer: PhantomData }
 }
 
-impl<T: TryFrom<i64>> Rule for Count<T> {
+impl<T: TryFrom<i64> + Display> Rule for Count<T> {
     type Out = T;
 
     fn expected(&self) -> String {
@@ -183,37 +217,9 @@ impl<T: TryFrom<i64>> Rule for Count<T> {
     fn take(&self, node: &Node) -> Result<T, Mismatch> {
         T::try_from(self.whole.take(node)?).map_err(|_| self.refuse(node))
     }
-}
 
-/// A value, or a word in its place for none, so that "none" can be written and swept too.
-#[derive(Clone, Debug)]
-pub struct OrWord<R> {
-    rule: R,
-    word: Value,
-}
-
-/// A value, or this word for none.
-pub fn or_word<R: Rule>(rule: R, word: &str) -> OrWord<R> {
-    OrWord { rule, word: Value::Text(word.into()) }
-}
-
-/// A value, or false for none.
-pub fn or_false<R: Rule>(rule: R) -> OrWord<R> {
-    OrWord { rule, word: Value::Flag(false) }
-}
-
-impl<R: Rule> Rule for OrWord<R> {
-    type Out = Option<R::Out>;
-
-    fn expected(&self) -> String {
-        format!("{} or {}", self.rule.expected(), self.word)
-    }
-
-    fn take(&self, node: &Node) -> Result<Self::Out, Mismatch> {
-        if node.value == self.word {
-            return Ok(None);
-        }
-        self.rule.take(node).map(Some).map_err(|_| self.refuse(node))
+    fn written(&self, value: &T) -> String {
+        value.to_string()
     }
 }
 
@@ -238,6 +244,10 @@ impl Rule for Flag {
             Value::Flag(value) => Ok(value),
             _ => Err(self.refuse(node)),
         }
+    }
+
+    fn written(&self, value: &bool) -> String {
+        value.to_string()
     }
 }
 
@@ -265,6 +275,10 @@ impl Rule for Text {
             Value::Text(text) => Ok(text.clone()),
             _ => Err(self.refuse(node)),
         }
+    }
+
+    fn written(&self, text: &String) -> String {
+        format!("{text:?}")
     }
 }
 
@@ -308,6 +322,10 @@ impl Rule for Name {
             _ => Err(self.refuse(node)),
         }
     }
+
+    fn written(&self, name: &String) -> String {
+        format!("{name:?}")
+    }
 }
 
 /// One of some words.
@@ -315,11 +333,11 @@ impl Rule for Name {
 pub struct OneOf<'a, T>(&'a [(&'a str, T)]);
 
 /// One of some words, each with what it stands for.
-pub fn one_of<'a, T: Clone>(choices: &'a [(&'a str, T)]) -> OneOf<'a, T> {
+pub fn one_of<'a, T: Clone + PartialEq>(choices: &'a [(&'a str, T)]) -> OneOf<'a, T> {
     OneOf(choices)
 }
 
-impl<T: Clone> Rule for OneOf<'_, T> {
+impl<T: Clone + PartialEq> Rule for OneOf<'_, T> {
     type Out = T;
 
     fn expected(&self) -> String {
@@ -336,98 +354,9 @@ impl<T: Clone> Rule for OneOf<'_, T> {
         mismatch.found += &suggestion(text, self.0.iter().map(|(word, _)| *word));
         Err(mismatch)
     }
-}
 
-/// A list of values that all fit one rule.
-#[derive(Clone, Copy, Debug)]
-pub struct List<R>(R);
-
-/// A list, of any length, of values that all fit one rule.
-pub fn list<R: Rule>(rule: R) -> List<R> {
-    List(rule)
-}
-
-impl<R: Rule> Rule for List<R> {
-    type Out = Vec<R::Out>;
-
-    fn expected(&self) -> String {
-        format!("a list, each {}", self.0.expected())
-    }
-
-    fn take(&self, node: &Node) -> Result<Self::Out, Mismatch> {
-        let Value::List(items) = &node.value else { return Err(self.refuse(node)) };
-        let one = |(i, item): (usize, &Node)| {
-            self.0
-                .take(item)
-                .map_err(|inner| Mismatch { part: format!("[{i}]{}", inner.part), ..inner })
-        };
-        items.iter().enumerate().map(one).collect()
-    }
-}
-
-/// A list of a fixed length.
-#[derive(Clone, Copy, Debug)]
-pub struct Vector<R, const N: usize>(R);
-
-/// A list of exactly `N` values that all fit one rule.
-pub fn vector<R: Rule, const N: usize>(rule: R) -> Vector<R, N> {
-    Vector(rule)
-}
-
-impl<R: Rule, const N: usize> Rule for Vector<R, N> {
-    type Out = [R::Out; N];
-
-    fn expected(&self) -> String {
-        format!("a list of {N}, each {}", self.0.expected())
-    }
-
-    fn take(&self, node: &Node) -> Result<Self::Out, Mismatch> {
-        match &node.value {
-            Value::List(items) if items.len() == N => {}
-            _ => return Err(self.refuse(node)),
-        }
-        List(&self.0).take(node)?.try_into().map_err(|_| self.refuse(node))
-    }
-}
-
-/// A value that keeps its place, for checks that need more than the value.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Placed<T> {
-    /// The value that the rule made of what stands there.
-    pub value: T,
-    /// The value's place in the file.
-    pub place: Place,
-}
-
-/// Keeps the place of what fits another rule.
-#[derive(Clone, Copy, Debug)]
-pub struct WithPlace<R>(R);
-
-/// A value that fits another rule, with its place.
-pub fn placed<R: Rule>(rule: R) -> WithPlace<R> {
-    WithPlace(rule)
-}
-
-impl<R: Rule> Rule for WithPlace<R> {
-    type Out = Placed<R::Out>;
-
-    fn expected(&self) -> String {
-        self.0.expected()
-    }
-
-    fn take(&self, node: &Node) -> Result<Self::Out, Mismatch> {
-        self.0.take(node).map(|value| Placed { value, place: node.place.clone() })
-    }
-}
-
-impl<R: Rule> Rule for &R {
-    type Out = R::Out;
-
-    fn expected(&self) -> String {
-        (*self).expected()
-    }
-
-    fn take(&self, node: &Node) -> Result<R::Out, Mismatch> {
-        (*self).take(node)
+    fn written(&self, value: &T) -> String {
+        let word = self.0.iter().find(|(_, meaning)| meaning == value).map(|(word, _)| *word);
+        format!("{:?}", word.unwrap_or_default())
     }
 }

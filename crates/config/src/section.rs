@@ -3,7 +3,8 @@
 use std::cell::RefCell;
 
 use crate::{
-    Key, MOST_PROBLEMS, Mismatch, Node, Place, Problem, Problems, Rule, Value, rule::Name,
+    Key, MOST_PROBLEMS, Mismatch, Node, Only, Place, Presence, Problem, Rule, Setting, Value,
+    one_of, rule::Name,
 };
 
 /// Keys more alike than this (0 to 1, Jaro-Winkler) are taken for misspellings.
@@ -12,54 +13,93 @@ const ALIKE: f64 = 0.8;
 /// Bytes; longer texts aren't misspelt names.
 const LONGEST_COMPARED: usize = 256;
 
+/// What all tables of a file share while it's read.
+#[derive(Default)]
+pub(crate) struct Reading {
+    problems: RefCell<Vec<Problem>>,
+    /// The keys that are asked for, if these are wanted, and not what stands there.
+    settings: Option<RefCell<Vec<Setting>>>,
+}
+
+impl Reading {
+    /// A reading that is after the keys.
+    pub(crate) fn of_settings() -> Self {
+        Self { settings: Some(RefCell::default()), ..Self::default() }
+    }
+
+    /// The keys that were asked for, in that order.
+    pub(crate) fn into_settings(self) -> Vec<Setting> {
+        self.settings.map(RefCell::into_inner).unwrap_or_default()
+    }
+
+    /// The problems that were met.
+    pub(crate) fn into_problems(self) -> Vec<Problem> {
+        self.problems.into_inner()
+    }
+}
+
 /// A table being read. Problems are collected; what was asked for is known.
 pub struct Section<'a> {
     entries: &'a [(Key, Node)],
     place: Place,
     /// What messages about it begin with: `joint 'knee': `.
     subject: String,
+    /// What its keys have before them: `reward.mix.`.
+    path: String,
+    /// The kind whose keys are read: the key that chooses it, and its word.
+    kind: Option<(String, String)>,
     asked: Vec<String>,
     /// Keys that stand here too, and aren't read here.
     elsewhere: Vec<String>,
     accepts_all: bool,
-    problems: &'a RefCell<Vec<Problem>>,
+    reading: &'a Reading,
 }
 
 impl<'a> Section<'a> {
+    /// Reads a file's top level.
     pub(crate) fn read_root<T>(
         root: &Node,
-        reader: impl FnOnce(&mut Section<'_>) -> Option<T>,
-    ) -> Result<T, Problems> {
-        let problems = RefCell::new(Vec::new());
-        let made = Section::read(root, String::new(), &problems, reader);
-        let problems = problems.into_inner();
-        match made {
-            Some(made) if problems.is_empty() => Ok(made),
-            _ => Err(Problems::new(problems)),
-        }
-    }
-
-    /// Reads one table from its first key to the complaint about those that nobody asked for.
-    fn read<T>(
-        node: &Node,
-        subject: String,
-        problems: &RefCell<Vec<Problem>>,
+        reading: &Reading,
         reader: impl FnOnce(&mut Section<'_>) -> Option<T>,
     ) -> Option<T> {
+        Section::of(root, reading)?.read(reader)
+    }
+
+    /// The table that a node is, with no name.
+    fn of(node: &'a Node, reading: &'a Reading) -> Option<Self> {
         let Value::Table(entries) = &node.value else { return None };
-        let place = node.place.clone();
-        let mut section = Section {
+        Some(Section {
             entries,
-            place,
-            subject,
+            place: node.place.clone(),
+            subject: String::new(),
+            path: String::new(),
+            kind: None,
             asked: Vec::new(),
             elsewhere: Vec::new(),
             accepts_all: false,
-            problems,
-        };
-        let made = reader(&mut section);
-        if !section.accepts_all {
-            section.refuse_unknown_keys();
+            reading,
+        })
+    }
+
+    /// Reads a table within this one, which messages call by `name`.
+    fn read_inner<T>(
+        &self,
+        name: &str,
+        node: &Node,
+        reader: impl FnOnce(&mut Section<'_>) -> Option<T>,
+    ) -> Option<T> {
+        let mut inner = Section::of(node, self.reading)?;
+        inner.subject = format!("{}{name}: ", self.subject);
+        inner.path = format!("{}{name}.", self.path);
+        inner.kind.clone_from(&self.kind);
+        inner.read(reader)
+    }
+
+    /// Reads the table from its first key to the complaint about those that nobody asked for.
+    fn read<T>(mut self, reader: impl FnOnce(&mut Section<'_>) -> Option<T>) -> Option<T> {
+        let made = reader(&mut self);
+        if !self.accepts_all {
+            self.refuse_unknown_keys();
         }
         made
     }
@@ -77,7 +117,7 @@ impl<'a> Section<'a> {
                 // command line has none.
                 if key.place.line > 0 && !self.subject.contains('\'') {
                     let place = key.place.clone();
-                    self.problems.borrow_mut().push(Problem { place, message });
+                    self.reading.problems.borrow_mut().push(Problem { place, message });
                 } else {
                     self.complain(&key.place, message);
                 }
@@ -87,7 +127,7 @@ impl<'a> Section<'a> {
 
     /// One more problem than is shown tells that there are more.
     fn has_enough(&self) -> bool {
-        self.problems.borrow().len() > MOST_PROBLEMS
+        self.reading.problems.borrow().len() > MOST_PROBLEMS
     }
 
     /// What stands at a key.
@@ -148,7 +188,7 @@ impl<'a> Section<'a> {
     pub fn complain(&self, place: &Place, message: impl AsRef<str>) {
         if !self.has_enough() {
             let message = format!("{}{}", self.subject, message.as_ref());
-            self.problems.borrow_mut().push(Problem { place: place.clone(), message });
+            self.reading.problems.borrow_mut().push(Problem { place: place.clone(), message });
         }
     }
 
@@ -168,35 +208,55 @@ impl<'a> Section<'a> {
 
     /// A value that must be there; None if it isn't or doesn't fit, which is then a problem.
     pub fn required<R: Rule>(&mut self, key: &str, rule: R) -> Option<R::Out> {
+        self.declare(key, &rule, |_| Presence::Required);
         if self.find(key).is_none() {
             self.miss(key, &rule.expected());
         }
-        self.optional(key, rule)
+        self.take(key, &rule)
     }
 
     /// A value that may be there; None if it isn't or, which is a problem, doesn't fit.
     pub fn optional<R: Rule>(&mut self, key: &str, rule: R) -> Option<R::Out> {
-        let node = self.find(key)?;
-        match rule.take(node) {
-            Ok(value) => Some(value),
-            Err(Mismatch { place, part, expected, found }) => {
-                self.complain(&place, format!("{key}{part} must be {expected}, got {found}"));
-                None
-            }
-        }
+        self.declare(key, &rule, |_| Presence::Optional);
+        self.take(key, &rule)
     }
 
     /// A value, or what it is by default.
     pub fn or<R: Rule>(&mut self, key: &str, rule: R, default: R::Out) -> R::Out {
-        self.optional(key, rule).unwrap_or(default)
+        self.declare(key, &rule, |rule| Presence::Default(rule.written(&default)));
+        self.take(key, &rule).unwrap_or(default)
     }
 
     /// A value, or what it is by default if it isn't there; None if it doesn't fit. For values that
     /// others are checked against: a default in place of a bad one would only make more problems.
     pub fn given_or<R: Rule>(&mut self, key: &str, rule: R, default: R::Out) -> Option<R::Out> {
-        let is_given = self.has(key);
-        let value = self.optional(key, rule);
-        if is_given { value } else { Some(default) }
+        self.declare(key, &rule, |rule| Presence::Default(rule.written(&default)));
+        let value = self.take(key, &rule);
+        if self.has(key) { value } else { Some(default) }
+    }
+
+    /// A key that chooses among some kinds, each a word and what it is, and the other keys of the
+    /// kind: what `reader` makes of them, which is told the word. The first kind is the default; None
+    /// if another word stands there, and then nothing is said of other keys.
+    pub fn kind<T>(
+        &mut self,
+        key: &str,
+        about: &'static str,
+        kinds: &[(&str, &str)],
+        mut reader: impl FnMut(&mut Section<'_>, &str) -> Option<T>,
+    ) -> Option<T> {
+        let words: Vec<_> = kinds.iter().map(|&(word, _)| (word, word)).collect();
+        let &(first, _) = words.first()?;
+        if self.is_described() {
+            return self.declare_kinds(key, about, kinds, reader);
+        }
+        match self.given_or(key, one_of(&words), first) {
+            Some(word) => reader(self, word),
+            None => {
+                self.accept_all();
+                None
+            }
+        }
     }
 
     /// A table that may be there.
@@ -205,9 +265,11 @@ impl<'a> Section<'a> {
         key: &str,
         reader: impl FnOnce(&mut Section<'_>) -> Option<T>,
     ) -> Option<T> {
+        if self.is_described() {
+            return self.table_or_empty(key, reader);
+        }
         let node = self.find(key)?;
-        let subject = format!("{}{key}: ", self.subject);
-        self.expect_table(key, node).then(|| Section::read(node, subject, self.problems, reader))?
+        self.expect_table(key, node).then(|| self.read_inner(key, node, reader))?
     }
 
     /// A table that must be there.
@@ -232,7 +294,7 @@ impl<'a> Section<'a> {
             return self.table(key, reader);
         }
         let empty = Node { place: self.place.clone(), value: Value::Table(Vec::new()) };
-        Section::read(&empty, format!("{}{key}: ", self.subject), self.problems, reader)
+        self.read_inner(key, &empty, reader)
     }
 
     /// The tables of a list; none if there is no such key. Those that can't be read are problems.
@@ -252,8 +314,7 @@ impl<'a> Section<'a> {
         for (i, item) in items.iter().enumerate() {
             let name = format!("{key}[{i}]");
             if self.expect_table(&name, item) {
-                let subject = format!("{}{name}: ", self.subject);
-                made.extend(Section::read(item, subject, self.problems, &mut reader));
+                made.extend(self.read_inner(&name, item, &mut reader));
             }
         }
         made
@@ -277,12 +338,67 @@ impl<'a> Section<'a> {
                 let message = format!("{key}.NAME must be {}, got \"{name}\"", Name::form());
                 self.complain(&name.place, message);
             } else if self.expect_table(&path, node) {
-                let subject = format!("{}{path}: ", self.subject);
-                let read = |section: &mut Section<'_>| reader(name, section);
-                made.extend(Section::read(node, subject, self.problems, read));
+                made.extend(self.read_inner(&path, node, |section| reader(name, section)));
             }
         }
         made
+    }
+
+    /// The value that stands at a key, if it fits; a problem if it doesn't.
+    fn take<R: Rule>(&mut self, key: &str, rule: &R) -> Option<R::Out> {
+        let node = self.find(key)?;
+        match rule.take(node) {
+            Ok(value) => Some(value),
+            Err(Mismatch { place, part, expected, found }) => {
+                self.complain(&place, format!("{key}{part} must be {expected}, got {found}"));
+                None
+            }
+        }
+    }
+
+    /// Whether the keys are wanted, and not what stands there.
+    fn is_described(&self) -> bool {
+        self.reading.settings.is_some()
+    }
+
+    /// Takes down what a key is, if that is wanted.
+    fn declare<R: Rule>(&self, key: &str, rule: &R, presence: impl FnOnce(&R) -> Presence) {
+        let Some(settings) = &self.reading.settings else { return };
+        let only = self.kind.clone().map(|(key, word)| Only { key, kinds: vec![word] });
+        settings.borrow_mut().push(Setting {
+            key: format!("{}{key}", self.path),
+            about: rule.meaning().into(),
+            expected: rule.range(),
+            presence: presence(rule),
+            only,
+            kinds: Vec::new(),
+        });
+    }
+
+    /// Takes down a key that chooses, and the keys of each of its kinds. Goes on with the first.
+    fn declare_kinds<T>(
+        &mut self,
+        key: &str,
+        about: &'static str,
+        kinds: &[(&str, &str)],
+        mut reader: impl FnMut(&mut Section<'_>, &str) -> Option<T>,
+    ) -> Option<T> {
+        let words: Vec<_> = kinds.iter().map(|&(word, _)| (word, word)).collect();
+        self.given_or(key, one_of(&words).about(about), words.first()?.0);
+        if let Some(chooses) = self.reading.settings.as_ref()?.borrow_mut().last_mut() {
+            let owned = |&(word, about): &(&str, &str)| (word.to_owned(), about.to_owned());
+            chooses.kinds = kinds.iter().map(owned).collect();
+        }
+        let around = self.kind.take();
+        let made: Vec<_> = words
+            .iter()
+            .map(|(word, _)| {
+                self.kind = Some((format!("{}{key}", self.path), (*word).to_owned()));
+                reader(self, word)
+            })
+            .collect();
+        self.kind = around;
+        made.into_iter().next()?
     }
 
     fn expect_table(&self, name: &str, node: &Node) -> bool {

@@ -94,5 +94,5 @@ pub use error::Error;
 pub use estimator::{Estimator, EstimatorSettings};
 pub use optimiser::{
     Adam, AdamSettings, Momentum, MomentumSettings, Optimiser, OptimiserSettings, Rprop,
-    RpropSettings,
+    RpropSettings, Setting,
 };

@@ -3,6 +3,7 @@
 
 use gpomdp::{
     AdamSettings, Error, LIMIT, MomentumSettings, Optimiser, OptimiserSettings, RpropSettings,
+    Setting,
 };
 use proptest::{collection::vec, prelude::*};
 
@@ -218,6 +219,20 @@ fn senseless_states_are_refused_and_change_nothing() {
             assert!(optimiser.restore(&state).is_err(), "{}: {index}, {bad}", settings.name());
             assert_eq!(optimiser.state(), good);
         }
+    }
+}
+
+#[test]
+fn every_setting_is_declared_with_what_it_means() {
+    for optimiser in OptimiserSettings::all() {
+        let fields: toml::Table = toml::from_str(&toml::to_string(&optimiser).unwrap()).unwrap();
+        let fields = fields[optimiser.name()].as_table().unwrap().keys();
+        let declared = optimiser.settings().iter();
+        assert!(declared.clone().map(|setting| setting.name).eq(fields), "{optimiser:?}");
+        for Setting { name, about, expected } in declared {
+            assert!(!about.is_empty() && !expected.is_empty(), "{name}");
+        }
+        assert!(optimiser.about().ends_with('.'), "{optimiser:?}");
     }
 }
 

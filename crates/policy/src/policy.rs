@@ -10,8 +10,8 @@ use crate::{Error, error::check_length};
 /// on the inputs, and on nothing else. Neither acting nor changing the parameters allocates.
 ///
 /// To add a kind: a file in `src/kinds/` with its settings, what they build, and its tests, and a line
-/// in the list in `src/kinds/mod.rs`; its keys go into `docs/experiment-files.md`, its tensors into
-/// `docs/run-folders.md`. The contract that `tests/contract.rs` runs on every entry of the list then
+/// in the list in `src/kinds/mod.rs`; `make docs` puts its keys into `docs/experiment-files.md`, and its
+/// tensors go into `docs/run-folders.md`. The contract that `tests/contract.rs` runs on every entry of the list then
 /// holds for it too, and so does what `tests/policies.rs` of the whole asks of all of them.
 pub trait Policy: fmt::Debug + Send {
     /// Bits that it sees.

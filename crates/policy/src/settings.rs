@@ -1,7 +1,7 @@
 //! The table `policy` of an experiment file: a kind with its own keys, and the keys that all kinds
 //! share.
 
-use config::{Section, integer, text, within};
+use config::{Rule, Section, count, text, within};
 use crbm::MAX_PARAMETER;
 use serde::{Serialize, Serializer};
 
@@ -10,18 +10,21 @@ use crate::{Error, KindSettings, Policy, Structure};
 /// Which policy acts, and what it begins with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PolicySettings {
-    /// The kind, with the keys that are its own; crbm.
+    /// The kind, with the keys that are its own.
     pub kind: KindSettings,
-    /// Earlier readings that the policy sees besides the newest, 0 to 100; 0.
+    /// Earlier readings that the policy sees besides the newest.
     pub memory: usize,
     /// The parameters at the beginning.
     pub start: Start,
 }
 
+/// The default of `initial_scale`.
+const INITIAL_SCALE: f64 = 0.01;
+
 /// The parameters at the beginning.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Start {
-    /// Drawn from N(0, s^2): `initial_scale`, the standard deviation, 0 to 1e8; 0.01.
+    /// Drawn from N(0, s^2) with `initial_scale` for s.
     Random(f64),
     /// `initial`: those of another policy of the same layout, in a safetensors file.
     File(String),
@@ -29,7 +32,7 @@ pub enum Start {
 
 impl Default for PolicySettings {
     fn default() -> Self {
-        Self { kind: KindSettings::default(), memory: 0, start: Start::Random(0.01) }
+        Self { kind: KindSettings::default(), memory: 0, start: Start::Random(INITIAL_SCALE) }
     }
 }
 
@@ -37,17 +40,28 @@ impl PolicySettings {
     /// Reads the table.
     pub fn read(section: &mut Section<'_>) -> Option<Self> {
         let kind = KindSettings::read(section);
-        let memory = section.or("memory", integer(0, 100), 0) as usize;
+        let memory =
+            count(0, 100).about("earlier readings that the policy sees besides the newest");
+        let memory = section.or("memory", memory, 0);
         // No draw is as far out as 10 standard deviations.
-        let scale = section.optional("initial_scale", within(0.0, MAX_PARAMETER / 10.0));
-        let initial = section.optional("initial", text());
+        let scale = within(0.0, MAX_PARAMETER / 10.0)
+            .about("standard deviation of the random parameters at the start");
+        let scale = section.or("initial_scale", scale, INITIAL_SCALE);
+        let initial = text()
+            .about(
+                "in place of random parameters those of a file, as the `policy.safetensors` of \
+                 another run's cell, with the same kind, sizes and connections; the run has a copy \
+                 of it",
+            )
+            .condition("a file's path, found as that of `model` is");
+        let initial = section.optional("initial", initial);
         if section.has("initial_scale") && section.has("initial") {
             let message = "initial_scale is for random parameters, and initial takes a file's";
             section.complain(&section.place_of("initial_scale"), message);
         }
         let start = match initial {
             Some(path) => Start::File(path),
-            None => Start::Random(scale.unwrap_or(0.01)),
+            None => Start::Random(scale),
         };
         Some(Self { kind: kind?, memory, start })
     }

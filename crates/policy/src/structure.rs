@@ -56,6 +56,11 @@ impl Inputs {
     pub(crate) const WORDS: [(&str, Self); 3] =
         [("all", Self::All), ("own_group", Self::OwnGroup), ("neighbours", Self::Neighbours)];
 
+    /// What the key means that chooses among these words.
+    pub(crate) const ABOUT: &str = "which inputs a block or a group's machine sees: `\"all\"`; \
+        `\"own_group\"`: those of the group that its outputs are in; `\"neighbours\"`: those of the \
+        groups beside it, too";
+
     pub(crate) fn word(self) -> &'static str {
         Self::WORDS.iter().find(|(_, inputs)| *inputs == self).map_or("", |(word, _)| word)
     }

@@ -1,20 +1,22 @@
 //! One list a family: what makes of it the enum of all kinds, how they're read and written.
 //!
-//! To add a kind: a file in the family's folder with its settings (`Default`, `Serialize`, `read`),
-//! its code and its tests, and a line in the family's list. The contract tests run on every line.
+//! To add a kind: a file in the family's folder with its settings (`Default`, `Serialize`, `read`,
+//! each key with what it is [about](config::Rule::about)), its code and its tests, and a line in the
+//! family's list, with what it is above it; then `make docs`. The contract tests run on every line.
 
-/// Makes the enum of a family's settings. The first kind is the default; each implements the trait.
+/// Makes the enum of a family's settings, which stand at a path in files; after it, what a kind is
+/// there. The first kind is the default; each implements the trait.
 macro_rules! kinds {
     (
         $(#[$doc:meta])*
-        $family:ident, dyn $behaviour:ident, $path:literal:
-        $($(#[$about:meta])* $word:literal => $kind:ident($settings:ty),)+
+        $family:ident, dyn $behaviour:ident, $path:literal ($what:literal):
+        $($(#[doc = $about:literal])+ $word:literal => $kind:ident($settings:ty),)+
     ) => {
         $(#[$doc])*
         #[derive(Clone, Debug, PartialEq, serde::Serialize)]
         #[serde(tag = "kind")]
         pub enum $family {
-            $($(#[$about])* #[serde(rename = $word)] $kind($settings),)+
+            $($(#[doc = $about])+ #[serde(rename = $word)] $kind($settings),)+
         }
 
         impl $family {
@@ -38,19 +40,15 @@ macro_rules! kinds {
 
             /// Reads `kind` and what belongs to that kind.
             pub fn read(section: &mut config::Section<'_>) -> Option<Self> {
-                type Reader<T> = fn(&mut config::Section<'_>) -> Option<T>;
-                let readers: &[(&str, Reader<Self>)] =
-                    &[$(($word, |section| <$settings>::read(section).map(Self::$kind))),+];
-                let words: Vec<_> = readers.iter().map(|&(word, _)| (word, word)).collect();
+                let kinds = [$(($word, concat!($($about),+).trim_ascii())),+];
                 section.call($path);
-                let rule = config::one_of(&words);
-                let Some(word) = section.given_or("kind", rule, words[0].0) else {
-                    section.accept_all();
-                    return None;
-                };
-                section.call(format!("{} '{word}'", $path));
-                let (_, reader) = readers.iter().find(|(known, _)| *known == word)?;
-                reader(section)
+                section.kind("kind", $what, &kinds, |section, word| {
+                    section.call(format!("{} '{word}'", $path));
+                    match word {
+                        $($word => <$settings>::read(section).map(Self::$kind),)+
+                        _ => None,
+                    }
+                })
             }
         }
 

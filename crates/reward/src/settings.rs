@@ -1,6 +1,6 @@
 //! The settings of a reward: the table `reward` of an experiment file.
 
-use config::{Section, at_least, within};
+use config::{Rule, Section, at_least, within};
 use serde::Serialize;
 
 use super::{extrinsic::ExtrinsicSettings, intrinsic::IntrinsicSettings, mix::MixSettings};
@@ -8,10 +8,9 @@ use super::{extrinsic::ExtrinsicSettings, intrinsic::IntrinsicSettings, mix::Mix
 /// What a reward is made of.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RewardSettings {
-    /// A last factor of r, penalty and all; 1.
+    /// A last factor of r, penalty and all.
     pub scale: f64,
-    /// Subtracted from the mix for each penalised part that touches something, before `scale`; 1 %
-    /// of the mix's nominal maximum.
+    /// Subtracted from the mix for each penalised part that touches something, before `scale`.
     pub penalty: f64,
     /// The task's part of the reward.
     pub extrinsic: ExtrinsicSettings,
@@ -47,9 +46,15 @@ impl RewardSettings {
             Some(mix)
         });
         let one_percent = mix.as_ref().map_or(0.0, |mix| mix.get().one_percent());
+        let scale = within(1e-50, 1e50)
+            .about("a last factor of r, penalty and all: changes nothing but the scale");
+        let penalty = at_least(0.0).about(
+            "for each penalised part that touches something, in units of the mix; by default 1 % of \
+             the mix's nominal maximum, 0.01 * 0.1^power: 0.001 for power 1 and the linear mix",
+        );
         Some(Self {
-            scale: section.or("scale", within(1e-50, 1e50), 1.0),
-            penalty: section.or("penalty", at_least(0.0), one_percent),
+            scale: section.or("scale", scale, Self::default().scale),
+            penalty: section.or("penalty", penalty, one_percent),
             extrinsic: extrinsic?,
             intrinsic: intrinsic?,
             mix: mix?,

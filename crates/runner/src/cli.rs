@@ -6,7 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint, builder::PossibleValu
 use clap_complete::Shell;
 use figures::FIGURES;
 
-use crate::training::SolverKind;
+use crate::{experiment::known, training::SolverKind};
 
 /// Trains simulated robots whose reward mixes a task with the information in their own sensors.
 #[derive(Debug, Parser)]
@@ -25,6 +25,10 @@ Exit codes: 0 done; 1 failed (a mistake in a file, a write that failed, a cell t
 Example:
   itarl train experiments/quick.toml --out runs/quick
   itarl status runs/quick";
+
+const CONFIG_USAGE: &str = "\
+itarl config [OPTIONS] <FILE>
+       itarl config --help [KEY]";
 
 /// What to do.
 #[derive(Debug, Subcommand)]
@@ -70,13 +74,15 @@ process is at is left to it (exit code 75).")]
 docs/figures.md says what each figure and table shows.")]
     Plot(Plot),
     /// Print the complete settings of an experiment file
-    #[command(after_help = "Example:
-  itarl config experiments/quick.toml --set learning.rate=0.3")]
-    Config {
-        /// What to print.
-        #[command(flatten)]
-        experiment: ExperimentFile,
-    },
+    #[command(
+        disable_help_flag = true,
+        override_usage = CONFIG_USAGE,
+        after_help = "Examples:
+  itarl config experiments/quick.toml --set learning.rate=0.3
+  itarl config --help reward.mix.xi    # what that setting means, its range, its default
+  itarl config --help reward           # all settings of the reward"
+    )]
+    Config(Config),
     /// Run a policy without learning and without wind, and report what it does
     #[command(after_help = "Examples:
   itarl rollout runs/quick/cells/xi=0.75/seed=3 --steps 600 --csv walk.csv
@@ -124,6 +130,20 @@ pub struct ExperimentFile {
     /// Change a setting, as in learning.rate=0.3; a text in quotes: learning.optimiser='"adam"'
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+}
+
+/// The arguments of `itarl config`.
+#[derive(Debug, Args)]
+pub struct Config {
+    /// The experiment file
+    #[arg(required_unless_present = "help", value_hint = ValueHint::FilePath)]
+    pub file: Option<PathBuf>,
+    /// Change a setting, as in learning.rate=0.3
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Print help; of a setting, or of all in a table, what it means
+    #[arg(short, long, value_name = "KEY", value_parser = known)]
+    pub help: Option<Option<String>>,
 }
 
 /// The arguments of `itarl train`.

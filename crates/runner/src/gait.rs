@@ -79,6 +79,11 @@ impl Rule for Bits {
         let fits = |bits: &Vec<bool>| self.length.is_none_or(|length| bits.len() == length);
         bits.filter(fits).ok_or_else(|| self.refuse(node))
     }
+
+    fn written(&self, bits: &Vec<bool>) -> String {
+        let digits: String = bits.iter().map(|&bit| if bit { '1' } else { '0' }).collect();
+        format!("{digits:?}")
+    }
 }
 
 #[cfg(test)]

@@ -255,7 +255,7 @@ impl BodyFile {
     }
 }
 
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 enum ShapeKind {
     Box,
     Sphere,
@@ -324,6 +324,10 @@ impl config::Rule for Colour {
             }
             _ => Err(self.refuse(node)),
         }
+    }
+
+    fn written(&self, [red, green, blue]: &[u8; 3]) -> String {
+        format!("\"#{red:02x}{green:02x}{blue:02x}\"")
     }
 }
 

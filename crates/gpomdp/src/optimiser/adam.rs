@@ -12,9 +12,7 @@
 //! ICLR 2015, algorithm 1. The powers beta^t are kept as running products, since what `powi` gives
 //! isn't the same everywhere; the square root is exact by IEEE 754.
 
-use serde::{Deserialize, Serialize};
-
-use super::{Optimiser, check_rate, check_update};
+use super::{Optimiser, check_update, settings};
 use crate::{
     Error,
     check::{self, LIMIT},
@@ -23,23 +21,18 @@ use crate::{
 /// Powers in a state, before the moments.
 const HEAD: usize = 2;
 
-/// What [`Adam`] can be told. The defaults are the article's.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct AdamSettings {
-    /// The learning rate, > 0: about the largest step of a parameter; 0.001.
-    pub rate: f64,
-    /// beta1, the factor per step of the mean of the gradient, 0 up to but not including 1; 0.9.
-    pub mean_factor: f64,
-    /// beta2, the factor per step of the mean of its square, 0 up to but not including 1; 0.999.
-    pub square_factor: f64,
-    /// What keeps the divisor from 0, > 0; 1e-8. Gradients much below it hardly move anything.
-    pub epsilon: f64,
-}
-
-impl Default for AdamSettings {
-    fn default() -> Self {
-        Self { rate: 0.001, mean_factor: 0.9, square_factor: 0.999, epsilon: 1e-8 }
+settings! {
+    /// What [`Adam`] can be told. The defaults are the article's.
+    AdamSettings {
+        rate: "learning rate, about the largest step of a parameter", 0.001,
+            "> 0 and at most 1e100", |it| it.rate > 0.0 && it.rate <= LIMIT;
+        mean_factor: "factor per update of the gradient's running mean, beta1", 0.9,
+            ">= 0 and < 1", |it| (0.0..1.0).contains(&it.mean_factor);
+        square_factor: "factor per update of its square's running mean, beta2", 0.999,
+            ">= 0 and < 1", |it| (0.0..1.0).contains(&it.square_factor);
+        // Not smaller, so that no step can overflow.
+        epsilon: "summand that keeps the divisor from 0; gradients much below it hardly move anything",
+            1e-8, "within 1e-50 to 1e100", |it| (1e-50..=LIMIT).contains(&it.epsilon);
     }
 }
 
@@ -63,14 +56,7 @@ impl Adam {
     /// A setting that is out of range; more parameters than there is memory for.
     pub fn new(n_parameters: usize, settings: &AdamSettings) -> Result<Self, Error> {
         let place = "Adam::new";
-        let AdamSettings { rate, mean_factor, square_factor, epsilon } = *settings;
-        check_rate(place, rate)?;
-        for (what, factor) in [("mean_factor", mean_factor), ("square_factor", square_factor)] {
-            check::number((0.0..1.0).contains(&factor), place, what, ">= 0 and < 1", factor)?;
-        }
-        // Not smaller, so that no step can overflow.
-        let right = (1e-50..=LIMIT).contains(&epsilon);
-        check::number(right, place, "epsilon", "within 1e-50 to 1e100", epsilon)?;
+        settings.check(place)?;
         Ok(Self {
             settings: settings.clone(),
             powers: [1.0, 1.0],

@@ -8,6 +8,7 @@
 mod adam;
 mod momentum;
 mod rprop;
+mod settings;
 
 use std::fmt::Debug;
 
@@ -16,8 +17,10 @@ use serde::{Deserialize, Serialize};
 pub use adam::{Adam, AdamSettings};
 pub use momentum::{Momentum, MomentumSettings};
 pub use rprop::{Rprop, RpropSettings};
+pub use settings::Setting;
 
 use crate::{Error, check, check::LIMIT};
+use settings::settings;
 
 /// Climbs: moves parameters so that what the gradient belongs to gets larger.
 pub trait Optimiser: Debug + Send {
@@ -47,14 +50,14 @@ pub trait Optimiser: Debug + Send {
 
 /// Makes of the list the enum of all settings, and what depends on all of them.
 macro_rules! optimisers {
-    ($($(#[$doc:meta])* $name:literal => $variant:ident($settings:ty, $optimiser:ty),)+) => {
+    ($($(#[doc = $about:literal])+ $name:literal => $variant:ident($settings:ty, $optimiser:ty),)+) => {
         /// The optimiser to use, with its settings: the list of all there are.
         ///
         /// In a file it's the name with the settings that differ from their defaults, in TOML
         /// `optimiser.adam = { rate = 0.01 }`.
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
         pub enum OptimiserSettings {
-            $($(#[$doc])* #[serde(rename = $name)] $variant($settings),)+
+            $($(#[doc = $about])+ #[serde(rename = $name)] $variant($settings),)+
         }
 
         impl OptimiserSettings {
@@ -68,6 +71,18 @@ macro_rules! optimisers {
             #[must_use]
             pub fn name(&self) -> &'static str {
                 match self { $(Self::$variant(_) => $name),+ }
+            }
+
+            /// What it does, in a sentence.
+            #[must_use]
+            pub fn about(&self) -> &'static str {
+                match self { $(Self::$variant(_) => concat!($($about),+).trim_ascii()),+ }
+            }
+
+            /// What it's told, in the order of its fields.
+            #[must_use]
+            pub fn settings(&self) -> &'static [Setting] {
+                match self { $(Self::$variant(_) => <$settings>::ALL),+ }
             }
 
             /// The optimiser for a vector of this many parameters, before its first step.
@@ -102,10 +117,4 @@ fn check_update(
 ) -> Result<(), Error> {
     check::slice(place, "parameters", parameters, n_parameters, LIMIT)?;
     check::slice(place, "gradient", gradient, n_parameters, LIMIT)
-}
-
-/// The check of a learning rate.
-fn check_rate(place: &'static str, rate: f64) -> Result<(), Error> {
-    let right = rate > 0.0 && rate <= LIMIT;
-    check::number(right, place, "rate", "> 0 and at most 1e100", rate)
 }

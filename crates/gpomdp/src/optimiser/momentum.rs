@@ -11,30 +11,25 @@
 //! recommends for restricted Boltzmann machines (A Practical Guide to Training Restricted
 //! Boltzmann Machines, 2010, sections 9 and 10).
 
-use serde::{Deserialize, Serialize};
-
-use super::{Optimiser, check_rate, check_update};
-use crate::{Error, check};
+use super::{Optimiser, check_update, settings};
+use crate::{
+    Error,
+    check::{self, LIMIT},
+};
 
 /// A momentum below 1 keeps the step below this for all accepted gradients and rates:
 /// 2^53 times 1e100 times 2e100.
 const STEP_LIMIT: f64 = 1e217;
 
-/// The settings of [`Momentum`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct MomentumSettings {
-    /// The learning rate, > 0; 1.
-    pub rate: f64,
-    /// The part of the parameters that is taken off the gradient, 0 to 1; 1e-5.
-    pub decay: f64,
-    /// The part of the last step that goes into this one, 0 up to but not including 1; 0.5.
-    pub momentum: f64,
-}
-
-impl Default for MomentumSettings {
-    fn default() -> Self {
-        Self { rate: 1.0, decay: 1e-5, momentum: 0.5 }
+settings! {
+    /// The settings of [`Momentum`].
+    MomentumSettings {
+        rate: "learning rate", 1.0,
+            "> 0 and at most 1e100", |it| it.rate > 0.0 && it.rate <= LIMIT;
+        decay: "part of the parameters that is taken off the gradient", 1e-5,
+            "within 0 to 1", |it| (0.0..=1.0).contains(&it.decay);
+        momentum: "part of the last step that goes into this one", 0.5,
+            ">= 0 and < 1", |it| (0.0..1.0).contains(&it.momentum);
     }
 }
 
@@ -54,11 +49,7 @@ impl Momentum {
     /// A setting that is out of range; more parameters than there is memory for.
     pub fn new(n_parameters: usize, settings: &MomentumSettings) -> Result<Self, Error> {
         let place = "Momentum::new";
-        let MomentumSettings { rate, decay, momentum } = *settings;
-        check_rate(place, rate)?;
-        check::number((0.0..=1.0).contains(&decay), place, "decay", "within 0 to 1", decay)?;
-        let right = (0.0..1.0).contains(&momentum);
-        check::number(right, place, "momentum", ">= 0 and < 1", momentum)?;
+        settings.check(place)?;
         Ok(Self { settings: settings.clone(), step: check::filled(place, n_parameters, 0.0)? })
     }
 }

@@ -16,33 +16,32 @@
 //! Neural Networks, 1993, 586-591) without taking steps back. It was made for exact gradients:
 //! where noise sets the signs, steps are too small, so give it long estimates.
 
-use serde::{Deserialize, Serialize};
-
-use super::{Optimiser, check_update};
+use super::{Optimiser, check_update, settings};
 use crate::{
     Error,
     check::{self, LIMIT},
 };
 
-/// What [`Rprop`] can be told. The defaults are those of Riedmiller and Braun.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct RpropSettings {
-    /// The first step size of every parameter, within `smallest` to `largest`; 0.1.
-    pub first: f64,
-    /// The smallest step size, > 0; 1e-6.
-    pub smallest: f64,
-    /// The largest step size, at least `smallest`; 50.
-    pub largest: f64,
-    /// The factor of a step size when the sign stays, >= 1; 1.2.
-    pub grow: f64,
-    /// The factor of a step size when the sign changes, > 0 and at most 1; 0.5.
-    pub shrink: f64,
+settings! {
+    /// What [`Rprop`] can be told. The defaults are those of Riedmiller and Braun.
+    RpropSettings {
+        // Judged by bounds that are right: a bad one is told by itself.
+        first: "first step of every parameter", 0.1, "within smallest to largest",
+            |it| !it.has_bounds() || (it.smallest..=it.largest).contains(&it.first);
+        smallest: "smallest step", 1e-6,
+            "> 0 and at most 1e100", |it| it.smallest > 0.0 && it.smallest <= LIMIT;
+        largest: "largest step", 50.0,
+            "within smallest to 1e100", |it| (it.smallest..=LIMIT).contains(&it.largest);
+        grow: "factor of a step when the gradient's sign stays", 1.2,
+            "within 1 to 1e100", |it| (1.0..=LIMIT).contains(&it.grow);
+        shrink: "factor of a step when the gradient's sign changes", 0.5,
+            "> 0 and at most 1", |it| it.shrink > 0.0 && it.shrink <= 1.0;
+    }
 }
 
-impl Default for RpropSettings {
-    fn default() -> Self {
-        Self { first: 0.1, smallest: 1e-6, largest: 50.0, grow: 1.2, shrink: 0.5 }
+impl RpropSettings {
+    fn has_bounds(&self) -> bool {
+        self.smallest > 0.0 && (self.smallest..=LIMIT).contains(&self.largest)
     }
 }
 
@@ -64,20 +63,10 @@ impl Rprop {
     /// A setting that is out of range; more parameters than there is memory for.
     pub fn new(n_parameters: usize, settings: &RpropSettings) -> Result<Self, Error> {
         let place = "Rprop::new";
-        let RpropSettings { first, smallest, largest, grow, shrink } = *settings;
-        let right = smallest > 0.0 && smallest <= LIMIT;
-        check::number(right, place, "smallest", "> 0 and at most 1e100", smallest)?;
-        let right = (smallest..=LIMIT).contains(&largest);
-        check::number(right, place, "largest", "within smallest to 1e100", largest)?;
-        let right = (smallest..=largest).contains(&first);
-        check::number(right, place, "first", "within smallest to largest", first)?;
-        let right = (1.0..=LIMIT).contains(&grow);
-        check::number(right, place, "grow", "within 1 to 1e100", grow)?;
-        let right = shrink > 0.0 && shrink <= 1.0;
-        check::number(right, place, "shrink", "> 0 and at most 1", shrink)?;
+        settings.check(place)?;
         Ok(Self {
             settings: settings.clone(),
-            size: check::filled(place, n_parameters, first)?,
+            size: check::filled(place, n_parameters, settings.first)?,
             sign: check::filled(place, n_parameters, 0.0)?,
         })
     }

@@ -7,7 +7,7 @@
 //! The crate `crbm` is the machine; here are the settings that make one for a robot, and which hidden
 //! unit is connected with what.
 
-use config::{Section, one_of};
+use config::{Rule, Section, one_of};
 use crbm::{ChainRng, Instructions, Layout, Mask};
 use serde::Serialize;
 
@@ -22,12 +22,12 @@ use crate::{
 /// Settings of the machine.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CrbmSettings {
-    /// Sizes and sampling; 50 hidden units. With blocks, the number in each block.
+    /// Sizes and sampling.
     #[serde(flatten)]
     pub machine: MachineSettings,
-    /// Which outputs a hidden unit sees; all.
+    /// Which outputs a hidden unit sees.
     pub connectivity: Connectivity,
-    /// Which inputs a hidden unit of a block sees, by the group of its outputs; all.
+    /// Which inputs a hidden unit of a block sees, by the group of its outputs.
     #[serde(skip_serializing_if = "Inputs::is_all")]
     pub inputs: Inputs,
 }
@@ -59,10 +59,18 @@ impl CrbmSettings {
             ("per_actuator", Connectivity::PerActuator),
             ("per_group", Connectivity::PerGroup),
         ];
+        let connectivity = one_of(&connectivities).about(
+            "which outputs a hidden unit sees: `\"full\"`: all; `\"per_actuator\"`, \
+             `\"per_group\"`: a block of hidden units for each actuator, or for the actuators of \
+             each of the model's groups",
+        );
+        let inputs = one_of(&Inputs::WORDS)
+            .about(Inputs::ABOUT)
+            .condition("only `\"all\"` where `connectivity` is `\"full\"`");
         let settings = Self {
             machine: MachineSettings::read(section, &default.machine),
-            connectivity: section.or("connectivity", one_of(&connectivities), default.connectivity),
-            inputs: section.or("inputs", one_of(&Inputs::WORDS), default.inputs),
+            connectivity: section.or("connectivity", connectivity, default.connectivity),
+            inputs: section.or("inputs", inputs, default.inputs),
         };
         if settings.connectivity == Connectivity::Full && !settings.inputs.is_all() {
             section.refuse_value("inputs", "\"all\" where connectivity is \"full\"");

@@ -6,7 +6,7 @@ mod modular;
 
 use std::fmt;
 
-use config::{Section, integer, one_of};
+use config::{Rule, Section, count};
 use serde::Serialize;
 
 pub use self::{
@@ -27,15 +27,15 @@ pub trait Build: fmt::Debug {
 }
 
 /// Makes of the list the enum of all settings, and what depends on all of them. The first kind is the
-/// default.
+/// default. What stands above a kind says in the documentation what it is.
 macro_rules! kinds {
-    ($($(#[$about:meta])* $word:literal => $kind:ident($settings:ty),)+) => {
+    ($($(#[doc = $about:literal])+ $word:literal => $kind:ident($settings:ty),)+) => {
         /// The kind of a policy, with the settings that are its own: the list of all there are.
         #[derive(Clone, Debug, PartialEq, Serialize)]
         #[serde(untagged)]
         #[non_exhaustive]
         pub enum KindSettings {
-            $($(#[$about])* $kind($settings),)+
+            $($(#[doc = $about])+ $kind($settings),)+
         }
 
         impl KindSettings {
@@ -59,22 +59,16 @@ macro_rules! kinds {
 
             /// Reads `kind` and the keys that are that kind's own.
             pub fn read(section: &mut Section<'_>) -> Option<Self> {
-                type Reader = fn(&mut Section<'_>) -> Option<KindSettings>;
-                let words: &[(&str, (&str, Reader))] = &[
-                    $(($word, ($word, |section| <$settings>::read(section).map(Self::$kind)))),+
-                ];
-                let given = section.has("kind");
-                match section.optional("kind", one_of(words)) {
-                    Some((word, read)) => {
+                let kinds = [$(($word, concat!($($about),+).trim_ascii())),+];
+                section.kind("kind", "what draws the action", &kinds, |section, word| {
+                    if section.has("kind") {
                         section.call(format!("policy '{word}'"));
-                        read(section)
                     }
-                    None if given => {
-                        section.accept_all();
-                        None
+                    match word {
+                        $($word => <$settings>::read(section).map(Self::$kind),)+
+                        _ => None,
                     }
-                    None => words[0].1.1(section),
-                }
+                })
             }
         }
 
@@ -87,23 +81,23 @@ macro_rules! kinds {
 }
 
 kinds! {
-    /// One conditional restricted Boltzmann machine, the paper's.
+    /// A conditional restricted Boltzmann machine, the paper's.
     "crbm" => Crbm(CrbmSettings),
-    /// One small machine for each of the robot's groups.
+    /// A small conditional restricted Boltzmann machine for each of the model's groups (legs), which
+    /// draws the targets of that group.
     "modular" => Modular(ModularSettings),
-    /// Each output bit a logistic function of the inputs.
+    /// Each bit by itself, a logistic function of the inputs.
     "logistic" => Logistic(LogisticSettings),
 }
 
 /// How conditional restricted Boltzmann machines are sized and sampled: keys of several kinds.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MachineSettings {
-    /// Hidden units of a machine, or of a block of one, 1 to 16,384.
+    /// Hidden units of a machine, or of a block of one.
     pub hidden_units: usize,
-    /// Full updates of a Gibbs chain from its random start, 0 to 100,000; 10. With 0, actions are
-    /// uniform.
+    /// Full updates of a Gibbs chain from its random start.
     pub gibbs_updates: usize,
-    /// Samples for the score's second term, 1 to 100,000; 60.
+    /// Samples for the score's second term.
     pub samples: usize,
 }
 
@@ -114,12 +108,16 @@ impl MachineSettings {
     }
 
     fn read(section: &mut Section<'_>, default: &Self) -> Self {
-        let mut count =
-            |key, low, high, default| section.or(key, integer(low, high), default as i64) as usize;
+        let hidden_units = count(1, ::crbm::MAX_UNITS as i64)
+            .about("hidden units of a machine, or of each block of one (`connectivity`)");
+        let gibbs_updates = count(0, 100_000).about(
+            "full updates of a Gibbs chain from its random start; with 0, actions are uniform",
+        );
+        let samples = count(1, 100_000).about("samples for the second term of the score");
         Self {
-            hidden_units: count("hidden_units", 1, ::crbm::MAX_UNITS as i64, default.hidden_units),
-            gibbs_updates: count("gibbs_updates", 0, 100_000, default.gibbs_updates),
-            samples: count("samples", 1, 100_000, default.samples),
+            hidden_units: section.or("hidden_units", hidden_units, default.hidden_units),
+            gibbs_updates: section.or("gibbs_updates", gibbs_updates, default.gibbs_updates),
+            samples: section.or("samples", samples, default.samples),
         }
     }
 

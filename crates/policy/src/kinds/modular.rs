@@ -12,7 +12,7 @@
 
 use std::ops::Range;
 
-use config::{Section, one_of};
+use config::{Rule, Section, one_of};
 use crbm::{ChainRng, Instructions, Layout};
 use serde::Serialize;
 
@@ -27,10 +27,10 @@ use crate::{
 /// Settings of the modules.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ModularSettings {
-    /// Sizes and sampling of each; 8 hidden units.
+    /// Sizes and sampling of each.
     #[serde(flatten)]
     pub machine: MachineSettings,
-    /// What each sees; its own group.
+    /// Which inputs each of them sees.
     pub inputs: Inputs,
 }
 
@@ -43,9 +43,10 @@ impl Default for ModularSettings {
 impl ModularSettings {
     pub(super) fn read(section: &mut Section<'_>) -> Option<Self> {
         let default = Self::default();
+        let inputs = one_of(&Inputs::WORDS).about(Inputs::ABOUT);
         Some(Self {
             machine: MachineSettings::read(section, &default.machine),
-            inputs: section.or("inputs", one_of(&Inputs::WORDS), default.inputs),
+            inputs: section.or("inputs", inputs, default.inputs),
         })
     }
 }

@@ -7,7 +7,7 @@
 //! with x the centre of gravity in the XY plane and d the XY part of the robot's axial direction,
 //! read after the step and not normalised again. In m for each control step.
 
-use config::{Section, or_word, within};
+use config::{Rule, Section, or_word, within};
 use serde::{Serialize, Serializer};
 
 use super::Extrinsic;
@@ -19,16 +19,18 @@ const OF_MODEL: &str = "model";
 /// Settings of locomotion.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct LocomotionSettings {
-    /// What a metre in a control step counts; by default what the model says, `"model"`. Negative:
-    /// walking backwards.
+    /// What a metre in a control step counts; None: what the model says.
     #[serde(serialize_with = "write_scale")]
     pub scale: Option<f64>,
 }
 
 impl LocomotionSettings {
     pub(super) fn read(section: &mut Section<'_>) -> Option<Self> {
-        let scale = section.or("scale", or_word(within(-1e50, 1e50), OF_MODEL), None);
-        Some(Self { scale })
+        let scale = or_word(within(-1e50, 1e50), OF_MODEL).about(
+            "what a metre in a control step counts; `\"model\"`: what the model says; negative: \
+             backwards",
+        );
+        Some(Self { scale: section.or("scale", scale, None) })
     }
 }
 

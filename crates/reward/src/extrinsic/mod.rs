@@ -26,9 +26,11 @@ pub trait Extrinsic {
 
 kinds! {
     /// The task, with its settings: the list of all there are.
-    ExtrinsicSettings, dyn Extrinsic, "reward.extrinsic":
-    /// Displacement along the heading.
+    ExtrinsicSettings, dyn Extrinsic, "reward.extrinsic" ("the task"):
+    /// Locomotion: displacement of the centre of gravity in the XY plane times the XY part of the heading
+    /// axis after the step, in m for each control step. That part isn't normalised: where the body
+    /// pitches by an angle a, the same way counts cos a.
     "locomotion" => Locomotion(LocomotionSettings),
-    /// Turning to the left.
+    /// Turning: change of the heading to the left, in rad for each control step.
     "turning" => Turning(TurningSettings),
 }

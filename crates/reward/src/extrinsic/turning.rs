@@ -1,6 +1,6 @@
 //! Turning: how far the heading turned to the left, in rad for each control step.
 
-use config::{Section, within};
+use config::{Rule, Section, within};
 use serde::Serialize;
 
 use super::Extrinsic;
@@ -9,7 +9,7 @@ use crate::Step;
 /// Settings of turning.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TurningSettings {
-    /// What a radian in a control step counts; 1. Negative: to the right.
+    /// What a radian in a control step counts.
     pub scale: f64,
 }
 
@@ -21,7 +21,9 @@ impl Default for TurningSettings {
 
 impl TurningSettings {
     pub(super) fn read(section: &mut Section<'_>) -> Option<Self> {
-        Some(Self { scale: section.or("scale", within(-1e50, 1e50), Self::default().scale) })
+        let scale = within(-1e50, 1e50)
+            .about("what a radian in a control step counts; negative: to the right");
+        Some(Self { scale: section.or("scale", scale, Self::default().scale) })
     }
 }
 

@@ -53,9 +53,10 @@ pub struct Value {
 
 kinds! {
     /// The information, with its settings: the list of all there are.
-    IntrinsicSettings, dyn Build, "reward.intrinsic":
-    /// Mutual information of successive readings.
+    IntrinsicSettings, dyn Build, "reward.intrinsic" ("the information"):
+    /// Mutual information of successive readings: i = max * mean over sensors or groups of
+    /// r_MI / ln min(states, window).
     "mutual_information" => MutualInformation(MutualInformationSettings),
-    /// Nothing: the task alone.
+    /// Nothing: the task alone. It needs xi = 1, since a geometric mix with 0 is 0 for any other.
     "none" => None(NoneSettings),
 }

@@ -11,7 +11,7 @@
 //! With many states (2 bits, 4 joints: K = 256) the plug-in value of 100 pairs is mostly bias,
 //! which is why Miller and Madow's is recorded beside it.
 
-use config::{Section, count, one_of, within};
+use config::{Rule, Section, count, one_of, within};
 use infotheory::{Estimator, Window, WindowSettings, all_sensors, each_sensor};
 use serde::Serialize;
 
@@ -21,17 +21,17 @@ use crate::{Error, NOMINAL_MAXIMUM, SensorLayout};
 /// Settings of mutual information.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MutualInformationSettings {
-    /// Which readings count; positions.
+    /// Which readings count.
     pub sensors: Sensors,
-    /// Which readings are one variable; each by itself.
+    /// Which readings are one variable.
     pub group: Grouping,
-    /// T', the pairs that are counted, 2 to 2^20; 100.
+    /// T', the pairs that are counted.
     pub window: usize,
-    /// Control steps from the first reading of a pair to the second, 1 to 10,000; 1.
+    /// Control steps from the first reading of a pair to the second.
     pub lag: usize,
-    /// Readings that make up the first of a pair, 1 to 64; 1.
+    /// Readings that make up the first of a pair.
     pub past: usize,
-    /// The greatest mean over time; 0.1.
+    /// The greatest mean over time.
     pub max: f64,
 }
 
@@ -71,13 +71,24 @@ impl MutualInformationSettings {
         let sensors = [("positions", Sensors::Positions), ("all", Sensors::All)];
         let groupings =
             [("sensor", Grouping::Sensor), ("group", Grouping::Group), ("body", Grouping::Body)];
+        let sensors = one_of(&sensors)
+            .about("which readings count: `\"positions\"` of joints, or `\"all\"`, contacts too");
+        let group = one_of(&groupings).about(
+            "what is one variable: `\"sensor\"`: each reading; `\"group\"`: the joint state of the \
+             readings of each of the model's groups (legs); `\"body\"`: the joint state of all",
+        );
+        let window = count(2, 1 << 20).about("newest pairs of readings that are counted");
+        let lag = count(1, 10_000).about("control steps from the first of a pair to the second");
+        let past = count(1, 64).about("readings that make up the first of a pair");
+        let max = within(1e-50, 1e50)
+            .about("the largest mean over time; single steps exceed it and aren't clipped");
         Some(Self {
-            sensors: section.or("sensors", one_of(&sensors), default.sensors),
-            group: section.or("group", one_of(&groupings), default.group),
-            window: section.or("window", count(2, 1 << 20), default.window),
-            lag: section.or("lag", count(1, 10_000), default.lag),
-            past: section.or("past", count(1, 64), default.past),
-            max: section.or("max", within(1e-50, 1e50), default.max),
+            sensors: section.or("sensors", sensors, default.sensors),
+            group: section.or("group", group, default.group),
+            window: section.or("window", window, default.window),
+            lag: section.or("lag", lag, default.lag),
+            past: section.or("past", past, default.past),
+            max: section.or("max", max, default.max),
         })
     }
 

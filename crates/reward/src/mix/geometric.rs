@@ -8,7 +8,7 @@
 //! Either part at 0 makes r 0, but for xi = 1 and xi = 0, where the other one has no say. At xi = 0
 //! the formula still has the sign of e, and so has r unless `sign_at_zero_xi` is false.
 
-use config::{Section, flag, within};
+use config::{Rule, Section, flag, within};
 use serde::Serialize;
 
 use super::{Mix, Xi};
@@ -16,12 +16,12 @@ use super::{Mix, Xi};
 /// Settings of the geometric mix.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GeometricSettings {
-    /// Share of the extrinsic part; 0.75.
+    /// Share of the extrinsic part.
     #[serde(flatten)]
     pub xi: Xi,
-    /// The power of the whole, 0.01 to 100; 2.
+    /// The power of the whole.
     pub power: f64,
-    /// Whether r keeps the sign of the extrinsic part at xi = 0; true.
+    /// Whether r keeps the sign of the extrinsic part at xi = 0.
     pub sign_at_zero_xi: bool,
 }
 
@@ -35,9 +35,15 @@ impl GeometricSettings {
     pub(super) fn read(section: &mut Section<'_>) -> Option<Self> {
         let default = Self::default();
         let xi = Xi::read(section);
+        let power = within(0.01, 100.0).about("the power of the whole");
+        let sign_at_zero_xi = flag().about("whether the sign of e stays at xi = 0");
         Some(Self {
-            power: section.or("power", within(0.01, 100.0), default.power),
-            sign_at_zero_xi: section.or("sign_at_zero_xi", flag(), default.sign_at_zero_xi),
+            power: section.or("power", power, default.power),
+            sign_at_zero_xi: section.or(
+                "sign_at_zero_xi",
+                sign_at_zero_xi,
+                default.sign_at_zero_xi,
+            ),
             xi: xi?,
         })
     }

@@ -8,7 +8,7 @@ use super::{Mix, Xi};
 /// Settings of the linear mix.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct LinearSettings {
-    /// Share of the extrinsic part; 0.75.
+    /// Share of the extrinsic part.
     #[serde(flatten)]
     pub xi: Xi,
 }

@@ -30,9 +30,9 @@ pub trait Mix {
 
 kinds! {
     /// The mix, with its settings: the list of all there are.
-    MixSettings, dyn Mix, "reward.mix":
-    /// A product of powers.
+    MixSettings, dyn Mix, "reward.mix" ("how both parts make one number"):
+    /// A product of powers: sign(e) (|e|^xi i^(1-xi))^power, with 0^0 = 1 and sign(0) = 0.
     "geometric" => Geometric(GeometricSettings),
-    /// A weighted sum.
+    /// A weighted sum: xi e + (1-xi) i.
     "linear" => Linear(LinearSettings),
 }

@@ -5,6 +5,9 @@ use std::fmt;
 use config::{Mismatch, Node, Rule, Section, Value, integer, within};
 use serde::Serialize;
 
+/// The default of xi, the paper's.
+const XI: f64 = 0.75;
+
 /// Share of the extrinsic part, 0 to 1.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -18,7 +21,7 @@ pub enum Xi {
 
 impl Default for Xi {
     fn default() -> Self {
-        Self::Constant(0.75)
+        Self::Constant(XI)
     }
 }
 
@@ -26,8 +29,15 @@ impl Xi {
     /// Reads `xi` or `schedule`.
     pub(super) fn read(section: &mut Section<'_>) -> Option<Self> {
         let both = section.has("xi") && section.has("schedule");
-        let schedule = section.optional("schedule", Points);
-        let xi = section.given_or("xi", within(0.0, 1.0), 0.75);
+        let schedule = Points
+            .about(
+                "xi over time in place of `xi`: pairs [update, xi], linear between them, constant \
+                 before and after; updates are counted from 0",
+            )
+            .condition("with increasing updates and xi from 0 to 1");
+        let schedule = section.optional("schedule", schedule);
+        let xi = within(0.0, 1.0).about("share of the extrinsic part");
+        let xi = section.given_or("xi", xi, XI);
         if both {
             let message = "schedule says what xi is, and xi says it too: one of them has to go";
             section.complain(&section.place_of("schedule"), message);
@@ -103,6 +113,10 @@ impl Rule for Points {
             points.push(point(item, after).map_err(inside)?);
         }
         Ok(points)
+    }
+
+    fn written(&self, points: &Self::Out) -> String {
+        Xi::Schedule(points.clone()).to_string()
     }
 }
 

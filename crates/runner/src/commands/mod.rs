@@ -62,7 +62,7 @@ pub fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Status { run } => status::status(&run),
         Command::Summary(arguments) => summary::summary(&arguments),
         Command::Plot(arguments) => plot::plot(&arguments),
-        Command::Config { experiment } => settings::config(&experiment),
+        Command::Config(arguments) => settings::config(arguments),
         Command::Rollout(arguments) => rollout::rollout(&arguments),
         Command::Report { run } => report::report(&run),
         Command::Replay(arguments) => replay::replay(&arguments),

@@ -1,6 +1,6 @@
 //! The table `control`: when the policy acts.
 
-use config::{Place, Section, count, within};
+use config::{Place, Rule, Section, count, within};
 use serde::Serialize;
 
 use super::PhysicsSettings;
@@ -8,17 +8,10 @@ use super::PhysicsSettings;
 /// When the policy acts.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ControlSettings {
-    /// Control steps in a second, 0.01 to 100,000; 10.
+    /// Control steps in a second.
     pub frequency_hz: f64,
-    /// Control steps at the start in which the robot is told to hold its neutral pose, to drop and
-    /// settle; 20. They enter nothing: no learning, no window, no clock.
+    /// Control steps at the start in which the robot drops and settles.
     pub settle_steps: u64,
-}
-
-impl Default for ControlSettings {
-    fn default() -> Self {
-        Self { frequency_hz: 10.0, settle_steps: 20 }
-    }
 }
 
 impl ControlSettings {
@@ -28,10 +21,13 @@ impl ControlSettings {
         section: &mut Section<'_>,
         physics: Option<&(PhysicsSettings, Place)>,
     ) -> Option<(Self, u64)> {
-        let default = Self::default();
-        let rule = within(0.01, 100_000.0);
-        let frequency_hz = section.given_or("frequency_hz", rule, default.frequency_hz);
-        let settle_steps = section.or("settle_steps", count(0, 1_000_000), default.settle_steps);
+        let frequency_hz = within(0.01, 100_000.0).about("control steps in a second");
+        let frequency_hz = section.given_or("frequency_hz", frequency_hz, 10.0);
+        let settle_steps = count(0, 1_000_000).about(
+            "control steps at the start that hold the neutral pose, while the robot drops and \
+             settles; they enter nothing: no learning, no window, no clock",
+        );
+        let settle_steps = section.or("settle_steps", settle_steps, 20);
         let (physics, physics_place) = physics?;
         let frequency_hz = frequency_hz?;
         let steps = physics.frequency_hz / frequency_hz;

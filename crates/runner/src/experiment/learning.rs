@@ -1,11 +1,11 @@
 //! The table `learning`: how the policy learns. What makes the gradient is in `learner.rs`.
 //!
-//! The settings of an optimiser are those of `gpomdp`, whatever the list of optimisers there: the
-//! keys are the fields of its defaults, and its own constructor checks their ranges. Those of the
-//! paper's optimiser, `momentum`, stand in `learning` itself, those of another one in a table of
-//! its name, as in `learning.adam.rate`.
+//! The settings of an optimiser are those that `gpomdp` declares, whatever the list of optimisers
+//! there, and its own constructor checks their ranges. Those of the paper's optimiser, `momentum`,
+//! stand in `learning` itself, those of another one in a table of its name, as in
+//! `learning.adam.rate`.
 
-use config::{Mismatch, Node, Rule, Section, count, number, one_of};
+use config::{Mismatch, Node, Rule, Section, count, number};
 use gpomdp::OptimiserSettings;
 use serde::{Serialize, Serializer, ser::SerializeMap};
 
@@ -20,18 +20,18 @@ const INLINE: &str = "momentum";
 /// How the policy learns.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LearningSettings {
-    /// Updates of the policy, 1 to 10^9; 30,000.
+    /// Updates of the policy.
     pub updates: u64,
-    /// Control steps for each update, 1 to 10^9; 100.
+    /// Control steps for each update.
     pub steps_per_update: u64,
-    /// Worlds in which the policy acts at a time, 1 to 1024; 1. Each makes `steps_per_update` control
-    /// steps for each update.
+    /// Worlds in which the policy acts at a time. Each makes `steps_per_update` control steps for each
+    /// update.
     #[serde(skip_serializing_if = "is_one")]
     pub worlds: usize,
-    /// What makes gradients of control steps; GPOMDP.
+    /// What makes gradients of control steps.
     #[serde(flatten)]
     pub learner: LearnerSettings,
-    /// The optimiser, which makes steps of gradients; momentum.
+    /// The optimiser, which makes steps of gradients.
     #[serde(flatten, serialize_with = "write_optimiser")]
     pub optimiser: OptimiserSettings,
 }
@@ -40,19 +40,21 @@ impl LearningSettings {
     pub(super) fn read(section: &mut Section<'_>) -> Option<Self> {
         /// So that control steps can be counted in 64 bits.
         const MOST: i64 = 1_000_000_000;
-        let kind = LearnerSettings::read_kind(section)?;
-        let updates = section.or("updates", count(1, MOST), 30_000);
-        let steps_per_update: u64 = section.or("steps_per_update", count(1, MOST), 100);
-        let worlds = section.or("worlds", count(1, 1024), LearnerSettings::default_worlds(kind));
+        let updates = count(1, MOST).about(
+            "updates of each cell; more, with `--set` or `itarl resume --updates`, extend a run",
+        );
+        let updates = section.or("updates", updates, 30_000);
+        let steps_per_update = count(1, MOST).about("control steps for each update, in each world");
+        let steps_per_update: u64 = section.or("steps_per_update", steps_per_update, 100);
+        let (worlds, learner) = LearnerSettings::read(section, steps_per_update)?;
         if steps_per_update.saturating_mul(worlds as u64) > MOST as u64 {
             let message = format!(
                 "steps_per_update times worlds must be at most {MOST}, got {steps_per_update} x {worlds}"
             );
             section.complain(&section.place_of("worlds"), message);
         }
-        let learner = LearnerSettings::read(section, kind, steps_per_update, worlds);
         let optimiser = read_optimiser(section)?;
-        Some(Self { updates, steps_per_update, worlds, learner: learner?, optimiser })
+        Some(Self { updates, steps_per_update, worlds, learner, optimiser })
     }
 
     /// Control steps of an update, in all worlds together.
@@ -64,21 +66,20 @@ impl LearningSettings {
 
 fn read_optimiser(section: &mut Section<'_>) -> Option<OptimiserSettings> {
     let all = OptimiserSettings::all();
-    let choices: Vec<_> = all.iter().map(|settings| (settings.name(), settings.clone())).collect();
-    let Some(chosen) = section.given_or("optimiser", one_of(&choices), all[0].clone()) else {
-        section.accept_all();
-        return None;
-    };
-    for other in all.iter().filter(|other| other.name() != chosen.name()) {
-        refuse_settings_of(other, chosen.name(), section);
-    }
-    match chosen.name() {
-        INLINE => read_fields(section, &chosen),
-        name => section.table_or_empty(name, |table| {
-            table.call(format!("learning.{name}"));
-            read_fields(table, &chosen)
-        }),
-    }
+    let kinds: Vec<_> = all.iter().map(|settings| (settings.name(), settings.about())).collect();
+    section.kind("optimiser", "what makes steps of gradients", &kinds, |section, chosen| {
+        for other in all.iter().filter(|other| other.name() != chosen) {
+            refuse_settings_of(other, chosen, section);
+        }
+        let default = all.iter().find(|settings| settings.name() == chosen)?;
+        if chosen == INLINE {
+            return read_fields(section, default);
+        }
+        section.table_or_empty(chosen, |table| {
+            table.call(format!("learning.{chosen}"));
+            read_fields(table, default)
+        })
+    })
 }
 
 /// A setting that would change nothing is a mistake.
@@ -106,11 +107,13 @@ fn read_fields(
     let defaults = fields(default);
     let mut values = defaults.clone();
     let mut fit = true;
-    for (key, value) in &mut values {
-        let given = section.has(key);
-        match section.optional(key, number()) {
-            Some(number) => *value = number.into(),
-            None => fit &= !given,
+    for setting in default.settings() {
+        let rule = number().about(setting.about).condition(setting.expected);
+        let by_default = defaults.get(setting.name)?.as_float()?;
+        if let Some(number) = section.given_or(setting.name, rule, by_default) {
+            values.insert(setting.name.into(), number.into());
+        } else {
+            fit = false;
         }
     }
     loop {
@@ -180,6 +183,10 @@ impl Rule for Anything {
 
     fn take(&self, _: &Node) -> Result<(), Mismatch> {
         Ok(())
+    }
+
+    fn written(&self, (): &()) -> String {
+        self.expected()
     }
 }
 

@@ -5,10 +5,14 @@
 //! says what its keys mean and what they are by default (the paper's values: G. Montúfar,
 //! K. Ghazi-Zahedi and N. Ay, *Information theoretically aided reinforcement learning for embodied
 //! agents*, 2016). Values are checked against their ranges and each other; nothing is opened.
+//!
+//! The code that reads a key is its declaration: [`Experiment::settings`] asks it what there is, for
+//! `itarl config --help KEY` and the tables of `docs/experiment-files.md`, which `make docs` writes.
 
 mod axis;
 mod codec;
 mod control;
+mod explain;
 mod files;
 mod learner;
 mod learning;
@@ -22,6 +26,7 @@ mod twice;
 
 pub use codec::CodecSettings;
 pub use control::ControlSettings;
+pub use explain::{explained, known};
 pub use files::{absolute, policy_names};
 pub use learner::{EvolutionSettings, LearnerSettings};
 pub use learning::LearningSettings;
@@ -31,7 +36,7 @@ pub use plan::{Cell, Plan};
 pub use record::{CheckpointSettings, RecordSettings};
 pub use sweep::MOST_CELLS;
 
-use config::{Section, text};
+use config::{Rule, Section, Setting, text};
 use policy::{PolicySettings, Start};
 use reward::RewardSettings;
 use serde::Serialize;
@@ -67,8 +72,12 @@ pub struct Experiment {
 impl Experiment {
     /// Reads a file's top level, but for its sweep.
     pub fn read(root: &mut Section<'_>) -> Option<Self> {
-        let description = root.optional("description", text());
-        let model = root.required("model", text());
+        let description = text().about("what it's for, for readers; changes nothing");
+        let description = root.optional("description", description);
+        let model = text().about("the robot's file").condition(
+            "a file's path from this file's folder; with `--set`, from the current folder",
+        );
+        let model = root.required("model", model);
         let physics = root.table_or_empty("physics", |section| {
             let place = section.place_of("frequency_hz");
             Some((PhysicsSettings::read(section)?, place))
@@ -96,6 +105,13 @@ impl Experiment {
             record: record?,
             checkpoint: checkpoint?,
         })
+    }
+
+    /// All settings that a file may have but the sweep, each with what it means, its default and its
+    /// range, in the order of files.
+    #[must_use]
+    pub fn settings() -> Vec<Setting> {
+        config::settings(Self::read)
     }
 
     /// Path of the file that the policy's parameters are from at the beginning, if they are from one;

@@ -4,35 +4,34 @@
 //! of the output flips with the probability `flip_probability`. Flipped bits are executed; the
 //! score is taken at the policy's own output.
 
-use config::{Section, count, within};
+use config::{Rule, Section, count, within};
 use serde::Serialize;
 
 /// Noise now and then.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PerturbationSettings {
-    /// Control steps from the beginning of one to that of the next; 1000. 0: there is none.
+    /// Control steps from the beginning of one to that of the next; 0: there is none.
     pub every: u64,
-    /// Control steps that one lasts, at most `every`; 10.
+    /// Control steps that one lasts.
     pub length: u64,
-    /// For each bit of the output, 0 to 1; 0.1.
+    /// The probability that a bit of the output flips.
     pub flip_probability: f64,
-}
-
-impl Default for PerturbationSettings {
-    fn default() -> Self {
-        Self { every: 1000, length: 10, flip_probability: 0.1 }
-    }
 }
 
 impl PerturbationSettings {
     pub(super) fn read(section: &mut Section<'_>) -> Option<Self> {
         /// Control steps that a run can have, and more.
         const LAST: i64 = 1 << 53;
-        let default = Self::default();
-        let every = section.given_or("every", count(0, LAST), default.every);
-        let length = section.given_or("length", count(1, LAST), default.length);
+        let every = count(0, LAST).about(
+            "control steps from the beginning of one perturbation to that of the next; 0: none",
+        );
+        let every = section.given_or("every", every, 1000);
+        let length =
+            count(1, LAST).about("control steps that one lasts").condition("at most `every`");
+        let length = section.given_or("length", length, 10);
         let flip_probability =
-            section.or("flip_probability", within(0.0, 1.0), default.flip_probability);
+            within(0.0, 1.0).about("probability that a bit of the policy's output flips");
+        let flip_probability = section.or("flip_probability", flip_probability, 0.1);
         let (every, length) = (every?, length?);
         if every > 0 && length > every {
             let key = if section.has("length") { "length" } else { "every" };
