@@ -1,34 +1,76 @@
 //! Extrinsic rewards: the task.
 
+mod efficient_locomotion;
+mod height;
 mod locomotion;
+mod model_scale;
+mod reach;
 mod turning;
 
+pub use efficient_locomotion::EfficientLocomotionSettings;
+pub use height::HeightSettings;
 pub use locomotion::LocomotionSettings;
+pub use reach::ReachSettings;
 pub use turning::TurningSettings;
 
-use super::{Step, kinds::kinds};
+use std::fmt::Debug;
 
-/// A task.
-pub trait Extrinsic {
-    /// What a control step achieved, in the task's own unit.
-    fn raw(&self, step: &Step<'_>) -> f64;
+use super::{Error, RobotLayout, Transition, kinds::kinds};
 
-    /// What `raw` is multiplied by, for a maximum of about 0.1. `locomotion_scale` is the model's
-    /// own factor for metres of locomotion.
-    fn factor(&self, locomotion_scale: f64) -> f64;
+/// Makes a task of its settings.
+pub trait Build {
+    /// For this robot. Whatever is drawn is drawn from a stream of the seed that has a name of its own.
+    ///
+    /// # Errors
+    /// Settings that don't fit the robot.
+    fn build(&self, layout: &RobotLayout, seed: u64) -> Result<Box<dyn Extrinsic>, Error>;
 
-    /// What `raw` is called on axes and in tables.
+    /// What the task's value is multiplied by, for a maximum of about 0.1.
+    fn factor(&self, layout: &RobotLayout) -> f64;
+
+    /// What the task's value is called on axes and in tables.
     fn symbol(&self) -> &'static str;
 
-    /// Of `raw`.
+    /// The unit of the task's value.
     fn unit(&self) -> &'static str;
+
+    /// Whether it asks for [`Transition::work_j`], which takes time to measure.
+    fn needs_work(&self) -> bool {
+        false
+    }
+}
+
+/// Sees control steps and tells what they are worth.
+pub trait Extrinsic: Debug + Send {
+    /// What a control step achieved, in the task's own unit.
+    fn value(&mut self, transition: &Transition<'_>) -> f64;
+
+    /// All that changes, for [`Extrinsic::restore`]: as many words at any time, and none for a task
+    /// without a memory.
+    fn save(&self) -> Vec<u64> {
+        Vec::new()
+    }
+
+    /// Goes back to a state with the same settings and layout.
+    ///
+    /// # Errors
+    /// A state of others. Nothing has changed then.
+    fn restore(&mut self, state: &[u64]) -> Result<(), Error> {
+        Error::expect_no_state(state)
+    }
 }
 
 kinds! {
     /// The task, with its settings: the list of all there are.
-    ExtrinsicSettings, dyn Extrinsic, "reward.extrinsic":
+    ExtrinsicSettings, dyn Build, "reward.extrinsic":
     /// Displacement along the heading.
     "locomotion" => Locomotion(LocomotionSettings),
     /// Turning to the left.
     "turning" => Turning(TurningSettings),
+    /// Nearer to a point.
+    "reach" => Reach(ReachSettings),
+    /// Displacement along the heading, less a price for the work of the servos.
+    "efficient_locomotion" => EfficientLocomotion(EfficientLocomotionSettings),
+    /// A body's height.
+    "height" => Height(HeightSettings),
 }

@@ -6,6 +6,7 @@ use std::{fs, path::Path};
 use config::Document;
 use policy::KindSettings;
 use proptest::prelude::*;
+use reward::{ExtrinsicSettings, intrinsic::IntrinsicSettings};
 
 use super::{Experiment, Plan, leaves};
 
@@ -135,7 +136,7 @@ const CHOICES: [(&str, &[&str]); 34] = [
     ("policy.initial_scale", &["0", "1e-7", "0.3"]),
     ("reward.scale", &["10", "100", "1e-50"]),
     ("reward.penalty", &["0", "0.1"]),
-    ("reward.extrinsic.kind", &["'locomotion'", "'turning'"]),
+    ("reward.extrinsic.kind", &["'locomotion'", "'turning'", "'reach'", "'height'"]),
     ("reward.extrinsic.scale", &["2", "-1.5"]),
     ("reward.intrinsic.sensors", &["'positions'", "'all'"]),
     ("reward.intrinsic.group", &["'group'", "'body'"]),
@@ -578,6 +579,34 @@ fn every_kind_of_policy_stands_in_the_documentation() {
     }
 }
 
+/// With what it is, what it's called and its unit.
+#[test]
+fn every_kind_of_reward_stands_in_the_documentation() {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs");
+    let page = |name: &str| fs::read_to_string(docs.join(name)).unwrap();
+    let (settings, notation) = (page("experiment-files.md"), page("notation.md"));
+    let row = |key: &str| {
+        let start = format!("| `{key}` |");
+        settings.lines().find(|line| line.starts_with(&start)).unwrap()
+    };
+    // R_Loc is a mean, and r_Loc,t what it's the mean of.
+    let in_a_step = |symbol: &str| match symbol.strip_prefix("R_") {
+        Some(index) => format!("\n| r_{index},t |"),
+        None => format!("\n| {symbol} |"),
+    };
+    for task in ExtrinsicSettings::all() {
+        let (name, task) = (task.kind(), task.get());
+        let said = format!("`\"{name}\"` ({}, {}): ", task.symbol(), task.unit());
+        assert!(row("reward.extrinsic.kind").contains(&said), "{said}");
+        assert!(notation.contains(&in_a_step(task.symbol())), "{}", task.symbol());
+    }
+    for information in IntrinsicSettings::all() {
+        let (name, symbol) = (information.kind(), information.get().symbol());
+        assert!(row("reward.intrinsic.kind").contains(&format!("`\"{name}\"`: ")), "{name}");
+        assert!(name == symbol || notation.contains(&in_a_step(symbol)), "{symbol}");
+    }
+}
+
 #[test]
 fn every_key_stands_in_the_documentation() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/experiment-files.md");
@@ -586,12 +615,18 @@ fn every_key_stands_in_the_documentation() {
         "",
         "reward = { mix.kind = 'linear', extrinsic.kind = 'turning' }\nlearning.optimiser = 'adam'",
         "reward = { mix.xi = 1, intrinsic.kind = 'none' }\nlearning.optimiser = 'rprop'",
+        "reward.extrinsic = { kind = 'height', body = 'x' }",
         "description = 'x'\nreward.mix.schedule = [[0, 1]]",
         "policy = { connectivity = 'per_group', inputs = 'own_group' }",
         "policy.initial = 'x'",
     ];
     let kinds = KindSettings::all();
     let kinds = kinds.iter().map(|kind| format!("policy.kind = '{}'", kind.name()));
+    let tasks = ExtrinsicSettings::all();
+    let tasks = tasks.iter().map(|task| format!("reward.extrinsic.kind = '{}'", task.kind()));
+    let information = ["mutual_information", "transfer_entropy"];
+    let information = information.map(|kind| format!("reward.intrinsic.kind = '{kind}'"));
+    let kinds = kinds.chain(tasks).chain(information);
     for text in texts.map(str::to_owned).into_iter().chain(kinds) {
         let experiment = experiment(&format!("model = 'm'\n{text}"));
         for (key, _) in leaves::leaves(&leaves::table(&experiment)) {

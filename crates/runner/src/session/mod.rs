@@ -19,9 +19,9 @@ use gpomdp::{Estimator, EstimatorSettings, Optimiser};
 use policy::Policy;
 use svenja::Morphology;
 
-pub use body::{Body, Whereabouts};
+pub use body::Body;
 pub use codec::{Codec, CodecShape};
-pub use episode::{Episode, Transition, hold, recorded_layout};
+pub use episode::{Episode, Evaluation, hold, recorded_layout};
 pub use error::Error;
 pub use solver::Solver;
 pub use structure::build_policy;
@@ -75,7 +75,7 @@ impl Session {
         seed: u64,
     ) -> Result<Self, Error> {
         let build = |error: &dyn std::fmt::Display| Error::Build(error.to_string());
-        let episode = Episode::new(experiment, morphology).map_err(|error| build(&error))?;
+        let episode = Episode::new(experiment, morphology, seed).map_err(|error| build(&error))?;
         let mut policy = build_policy(experiment, morphology, seed)?;
         if let Some(path) = experiment.initial() {
             structure::start_from(&mut *policy, path, initial.unwrap_or_default())?;
@@ -124,7 +124,7 @@ impl Session {
     /// Rows 2 to 4: bits of the readings, bits of the action with its score, targets.
     fn act(&mut self) -> anyhow::Result<()> {
         if self.is_between_updates() {
-            self.tally = Tally::begin(self.episode.whereabouts());
+            self.tally = Tally::begin(self.episode.state());
         }
         let Buffers { output, action, score, .. } = &mut self.buffers;
         let start = Instant::now();
@@ -175,7 +175,7 @@ impl Session {
             update: self.updates,
             control_steps: self.steps,
             parameter_norm: norm(self.policy.parameters()),
-            ..self.tally.row(self.episode.whereabouts(), self.steps_per_update)
+            ..self.tally.row(self.episode.state(), self.steps_per_update)
         }
     }
 

@@ -1,11 +1,11 @@
 //! Sums over the control steps of an update, for its row.
 
 use nalgebra::Point3;
-use reward::Terms;
+use reward::{RobotState, Terms};
 use runs::Row;
 use serde::{Deserialize, Serialize};
 
-use super::{Transition, Whereabouts};
+use super::Evaluation;
 
 /// Sums over control steps.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -24,11 +24,11 @@ pub(super) struct Tally {
 
 impl Tally {
     /// Before the first step.
-    pub(super) fn begin(start: &Whereabouts) -> Self {
+    pub(super) fn begin(start: &RobotState) -> Self {
         Self { start: start.centre_of_gravity_m.into(), ..Self::default() }
     }
 
-    pub(super) fn add(&mut self, step: &Transition) {
+    pub(super) fn add(&mut self, step: &Evaluation) {
         for (sum, term) in self.terms.iter_mut().zip(step.terms.as_array()) {
             *sum += term;
         }
@@ -39,7 +39,7 @@ impl Tally {
     }
 
     /// Means over `n` steps that ended here; what isn't known here is 0.
-    pub(super) fn row(&self, end: &Whereabouts, n: u64) -> Row {
+    pub(super) fn row(&self, end: &RobotState, n: u64) -> Row {
         let n = n as f64;
         let [reward, _raw, extrinsic, nats, nats_corrected, intrinsic, penalty, xi] =
             self.terms.map(|sum| sum / n);
