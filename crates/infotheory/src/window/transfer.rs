@@ -23,7 +23,7 @@ use crate::{
 /// ```
 /// use infotheory::{Estimator, TransferWindow};
 ///
-/// // The second sensor does what the first did, a step later; the first one's period is 2^k.
+/// // The second sensor does what the first did, a step later.
 /// let mut window = TransferWindow::new(100, &[2, 2], &[[0, 1], [1, 0]])?;
 /// let leader = |t: u64| (t * t / 7) % 2;
 /// for t in 1..=101 {
