@@ -63,7 +63,32 @@ void CutSolver::iterate() {
   }
 }
 
+btScalar CutSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int body_count,
+                                                  const btContactSolverInfo& info) {
+  show_joints();
+  return btSequentialImpulseConstraintSolver::solveGroupCacheFriendlyFinish(bodies, body_count,
+                                                                            info);
+}
+
+// Bullet puts the rows of a joint one after the other.
+void CutSolver::show_joints() {
+  if (observer_ == nullptr) return;
+  const int all = m_tmpSolverNonContactConstraintPool.size();
+  for (int row = 0, count = 0; row < all; row += count) {
+    const btSolverConstraint& first = m_tmpSolverNonContactConstraintPool[row];
+    count = 1;
+    while (row + count < all && m_tmpSolverNonContactConstraintPool[row + count]
+                                        .m_originalContactPoint == first.m_originalContactPoint) {
+      ++count;
+    }
+    observer_->see(*static_cast<btTypedConstraint*>(first.m_originalContactPoint), &first, count,
+                   m_tmpSolverBodyPool[first.m_solverBodyIdA],
+                   m_tmpSolverBodyPool[first.m_solverBodyIdB]);
+  }
+}
+
 void CutSolver::finish() {
+  show_joints();
   // solveGroupCacheFriendlyFinish
   if ((info_->m_solverMode & SOLVER_USE_WARMSTARTING) != 0) {
     writeBackContacts(0, m_tmpSolverContactConstraintPool.size(), *info_);

@@ -11,6 +11,16 @@
 
 namespace itarl {
 
+// Sees a joint's rows once they're solved, before Bullet forgets them.
+class JointRowObserver {
+ public:
+  virtual void see(const btTypedConstraint& joint, const btSolverConstraint* rows, int count,
+                   const btSolverBody& a, const btSolverBody& b) = 0;
+
+ protected:
+  ~JointRowObserver() = default;
+};
+
 class CutSolver final : public btSequentialImpulseConstraintSolver {
  public:
   // Stops after setting up, if pausing, and leaves the rows in the pools.
@@ -21,6 +31,10 @@ class CutSolver final : public btSequentialImpulseConstraintSolver {
                       int manifold_count, btTypedConstraint** constraints, int constraint_count,
                       const btContactSolverInfo& info, btIDebugDraw* drawer,
                       btDispatcher* dispatcher) override;
+
+  // Null for none, as in the beginning.
+  void set_observer(JointRowObserver* observer) { observer_ = observer; }
+  bool is_observed() const { return observer_ != nullptr; }
 
   void set_pausing(bool pauses);
   // Whether rows wait in the pools.
@@ -55,16 +69,20 @@ class CutSolver final : public btSequentialImpulseConstraintSolver {
   const btContactSolverInfo& info() const { return *info_; }
 
  protected:
+  btScalar solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int body_count,
+                                         const btContactSolverInfo& info) override;
   // joint_rows.cc
   void convertJoints(btTypedConstraint** constraints, int count,
                      const btContactSolverInfo& info) override;
 
  private:
   void clear();
+  void show_joints();
   void report_joints();
   void make_rows(btTypedConstraint& constraint, int first, int count,
                  const btContactSolverInfo& info);
 
+  JointRowObserver* observer_ = nullptr;
   bool pauses_ = false;
   bool waits_ = false;
   int solved_before_ = 0;

@@ -309,6 +309,7 @@ void read_joint(Reader& from, JointEntry& entry) {
   }
   entry.feedback.m_appliedForceBodyB = from.get_vector();
   entry.feedback.m_appliedTorqueBodyB = from.get_vector();
+  entry.motors = MotorState{};
 }
 
 void write_point(Writer& to, const btManifoldPoint& point) {

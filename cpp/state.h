@@ -13,6 +13,7 @@
 #include "broadphase.h"
 #include "checks.h"
 #include "cut.h"
+#include "motors.h"
 
 namespace itarl {
 
@@ -57,6 +58,7 @@ struct JointEntry {
   std::array<bool, 6> has_motor{};
   std::string axes;  // a letter for each: what rows the solver has for it
   btJointFeedback feedback{};
+  MotorState motors{};  // of the last step, if that was measured
 };
 
 struct State {
@@ -73,6 +75,7 @@ struct State {
   std::vector<std::unique_ptr<ShapeEntry>> shapes;
   std::vector<std::unique_ptr<BodyEntry>> bodies;
   std::vector<std::unique_ptr<JointEntry>> joints;
+  MotorMeter motors{joints};
   CutWorld world;
 
   btScalar time_step;
@@ -86,6 +89,9 @@ struct State {
   std::vector<std::uint8_t> snapshot;  // the buffer behind encode_state
   // Of lockstep/structure.h; empty until someone asks, and when bodies or joints come and go.
   mutable std::vector<std::uint64_t> structure;
+
+  // Before each step, whoever makes it.
+  void begin_step();
 
   ShapeEntry& shape(const Call& call, std::string_view argument, ShapeId id) const;
   BodyEntry& body(const Call& call, std::string_view argument, BodyId id) const;

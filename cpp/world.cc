@@ -122,6 +122,10 @@ JointEntry& State::joint(const Call& call, std::string_view argument, JointId id
   return find(joints, call, argument, id);
 }
 
+void State::begin_step() {
+  if (solver.is_observed()) motors.begin(time_step);
+}
+
 void check_step(State& state) {
   ++state.steps;
   try {
@@ -141,6 +145,7 @@ std::unique_ptr<World> new_world(const WorldSpec& spec) { return std::make_uniqu
 void World::step() {
   State& state = *state_;
   if (state.broken) throw *state.broken;
+  state.begin_step();
   // With 0 substeps stepSimulation makes one step of exactly this length.
   state.world.stepSimulation(state.time_step, 0);
   check_step(state);

@@ -1,5 +1,5 @@
 // The one C++ class that Rust sees. What it holds is private (state.h); each group of functions
-// has a file: world.cc, shapes.cc, bodies.cc, joints.cc, contacts.cc, snapshot.cc.
+// has a file: world.cc, shapes.cc, bodies.cc, joints.cc, motors.cc, contacts.cc, snapshot.cc.
 #pragma once
 
 #include <array>
@@ -26,6 +26,7 @@ struct BodyState;
 struct JointState;
 struct Contact;
 struct MotorCommand;
+struct MotorState;
 enum class Push : std::uint8_t;
 
 struct State;
@@ -60,6 +61,10 @@ class World {
   std::size_t joint_slots() const noexcept;
   void read_joints(rust::Slice<JointState> out) const;
   void read_angles_of(rust::Slice<const JointId> ids, rust::Slice<double> out) const;
+
+  // motors.cc
+  void measure_motors(bool measure) noexcept;
+  void read_motors_of(rust::Slice<const JointId> ids, rust::Slice<MotorState> out) const;
 
   // contacts.cc
   std::size_t contact_count() const noexcept;

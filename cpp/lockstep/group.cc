@@ -105,6 +105,7 @@ void Lockstep::step_some(State** states, std::optional<Refusal>* results, std::s
   for (std::size_t i = 0; i < count; ++i) {
     State& state = *states[i];
     if (state.broken) continue;
+    state.begin_step();
     state.world.begin_step(state.time_step);
     apart_ += std::uint64_t(state.solver.solved_before());
     if (!state.solver.waits()) {

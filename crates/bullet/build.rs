@@ -3,11 +3,12 @@
 
 use std::{env, error::Error, path::Path, path::PathBuf};
 
-const SOURCES: [&str; 14] = [
+const SOURCES: [&str; 15] = [
     "world.cc",
     "shapes.cc",
     "bodies.cc",
     "joints.cc",
+    "motors.cc",
     "contacts.cc",
     "snapshot.cc",
     "cut.cc",

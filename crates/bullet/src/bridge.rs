@@ -75,6 +75,22 @@ pub mod ffi {
         pub exists: bool,
     }
 
+    /// What the motors of a joint did in the last step, by [`Axis`](crate::Axis); 0 for an axis without
+    /// a motor.
+    ///
+    /// A hinge and a slider hold a stop and drive their axis by one constraint. What that does at the
+    /// stop counts as the motor's, as far as the motor's own limit goes.
+    #[derive(Clone, Copy, Debug, Default, PartialEq)]
+    pub struct MotorState {
+        /// The force in N or torque in N m, the mean over the step, positive where it makes the axis'
+        /// position grow; within the motor's `max_force`.
+        pub force: [f64; 6],
+        /// The mechanical work on the bodies, in J: the force times how far the axis moved in the step,
+        /// negative where the motor brakes. On a joint with three angles: the torque about the axis on
+        /// which the motor acts, times how far the bodies turned about that.
+        pub work: [f64; 6],
+    }
+
     /// A contact point of the last step's collision detection.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Contact {
@@ -318,6 +334,8 @@ pub mod ffi {
         fn read_bodies(self: &World, out: &mut [BodyState]) -> Result<()>;
         fn read_joints(self: &World, out: &mut [JointState]) -> Result<()>;
         fn read_angles_of(self: &World, ids: &[JointId], out: &mut [f64]) -> Result<()>;
+        fn measure_motors(self: Pin<&mut World>, measure: bool);
+        fn read_motors_of(self: &World, ids: &[JointId], out: &mut [MotorState]) -> Result<()>;
         fn read_contacts(self: &World, out: &mut [Contact]) -> Result<()>;
         fn mass_properties(self: &World, id: BodyId) -> Result<[f64; 4]>;
 

@@ -226,7 +226,8 @@ impl Stop {
     pub const BULLET: Self = Self { erp: None, cfm: None, bounce: None };
 }
 
-/// Drives an axis at a velocity, with what force it takes up to a limit.
+/// Drives an axis at a velocity, with what force it takes up to a limit. What force that was, and what
+/// work it did, [`World::read_motors_of`](crate::World::read_motors_of) tells.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motor {
     /// The velocity that the motor drives at, in m/s or rad/s.

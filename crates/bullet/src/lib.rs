@@ -53,7 +53,8 @@ use bridge::ffi;
 pub use body::{Body, CollisionFilter, Motion, Push};
 pub use error::Error;
 pub use ffi::{
-    BodyId, BodyState, Contact, JointId, JointState, LockstepCounts, LockstepTimes, ShapeId,
+    BodyId, BodyState, Contact, JointId, JointState, LockstepCounts, LockstepTimes, MotorState,
+    ShapeId,
 };
 pub use joint::{Axis, AxisSettings, Joint, JointKind, Motor, MotorCommand, Range, Spring, Stop};
 pub use lockstep::{INSTRUCTIONS_VARIABLE, Instructions, Lockstep};

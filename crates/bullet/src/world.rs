@@ -8,8 +8,8 @@ use serde::Serialize;
 use xxhash_rust::xxh3::Xxh3;
 
 use crate::{
-    Body, BodyId, BodyState, Contact, Error, Joint, JointId, JointState, MotorCommand, Push, Shape,
-    ShapeId, WorldSettings, body::to_pose, bridge::ffi, shape::ShapeSpec, snapshot,
+    Body, BodyId, BodyState, Contact, Error, Joint, JointId, JointState, MotorCommand, MotorState,
+    Push, Shape, ShapeId, WorldSettings, body::to_pose, bridge::ffi, shape::ShapeSpec, snapshot,
 };
 
 /// A simulated world: shapes, bodies, joints, and what they do.
@@ -164,6 +164,22 @@ impl World {
     pub fn read_angles_of(&self, ids: &[JointId], out: &mut Vec<f64>) -> Result<(), Error> {
         out.resize(3 * ids.len(), 0.0);
         Ok(self.inner.read_angles_of(ids, out)?)
+    }
+
+    /// Whether steps measure what motors do, for [`World::read_motors_of`]; not in the beginning. It
+    /// takes some time, and changes nothing that the world does.
+    pub fn measure_motors(&mut self, measure: bool) {
+        self.inner.pin_mut().measure_motors(measure);
+    }
+
+    /// What the motors of some joints did in the last step, `out[i]` for `ids[i]`: 0 before the first
+    /// step, after a [`World::restore`], and while both bodies sleep. `out` is resized to fit.
+    ///
+    /// # Errors
+    /// A joint that isn't there; a world that doesn't [measure its motors](World::measure_motors).
+    pub fn read_motors_of(&self, ids: &[JointId], out: &mut Vec<MotorState>) -> Result<(), Error> {
+        out.resize(ids.len(), MotorState::default());
+        Ok(self.inner.read_motors_of(ids, out)?)
     }
 
     /// All contact points of the last step, in Bullet's order. `out` is resized to fit.

@@ -33,6 +33,11 @@ fn compare(
     make: impl Fn(usize) -> World,
     act: impl Fn(usize, usize, &mut World),
 ) -> LockstepCounts {
+    let make = |i| {
+        let mut world = make(i);
+        world.measure_motors(true);
+        world
+    };
     let mut counts = LockstepCounts::default();
     for instructions in available() {
         let mut alone: Vec<World> = (0..worlds).map(&make).collect();

@@ -811,6 +811,21 @@ fn slots_are_not_used_again_and_buffers_mark_what_was_removed() {
         assert!(error.to_string().starts_with(&format!("read_angles_of: ids[1] {slot} doesn't")));
     }
 
+    let mut motors = Vec::new();
+    let there = [JointId { slot: 1 }; 2];
+    let error = scene.world.read_motors_of(&there, &mut motors).unwrap_err();
+    let unmeasured = "read_motors_of: the world must be one that measures its motors, got one that \
+                      doesn't";
+    assert_eq!(error.to_string(), unmeasured);
+    scene.world.measure_motors(true);
+    scene.world.read_motors_of(&there, &mut motors).unwrap();
+    assert_eq!(motors, [Default::default(); 2], "nothing was done yet");
+    for slot in [0, 2] {
+        let ids = [JointId { slot: 1 }, JointId { slot }];
+        let error = scene.world.read_motors_of(&ids, &mut motors).unwrap_err();
+        assert!(error.to_string().starts_with(&format!("read_motors_of: ids[1] {slot} doesn't")));
+    }
+
     let shape = scene.world.add_shape(&Shape::Sphere { radius: 1.0 }).unwrap();
     scene.world.remove_shape(shape).unwrap();
     let next = scene.world.add_shape(&Shape::Sphere { radius: 1.0 }).unwrap();

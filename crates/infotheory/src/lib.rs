@@ -29,6 +29,7 @@
 //! | [`multi_information`], [`transfer_entropy`] | of many variables; between two series |
 //! | [`PermutationTest`] | how likely as much is by chance |
 //! | [`Window`] | the information between successive readings, kept up to date at each: a reward |
+//! | [`TransferWindow`] | the same for what one sensor tells about another's next reading |
 //!
 //! Symbols are of any type with an order (`u8`, `u64`, `char`, tuples, arrays; no floats, which have
 //! none), codes are `u64`. The batch measures take slices, one symbol a sample. An [`Information`]
@@ -40,7 +41,8 @@
 //!   logarithms come from the `libm` crate and are summed as integers.
 //! - For that reason names of states and the order of samples don't matter, to the bit; and a
 //!   [`Window`] equals a recount of its pairs, to the bit, however long it has been sliding
-//!   (`tests/window.rs`).
+//!   (`tests/window.rs`,
+//!   `tests/transfer_window.rs`).
 //! - No joint state overflows silently: it's numbered injectively, or refused, or kept in several
 //!   words.
 //! - NaN, empty samples and misfits are errors that say where, what was expected, and what was
@@ -85,4 +87,4 @@ pub use information::{Estimator, Information};
 pub use mutual::{conditional_mutual_information, multi_information, mutual_information};
 pub use permutation::{PermutationTest, Significance};
 pub use transfer::{History, transfer_entropy};
-pub use window::{Window, WindowSettings, all_sensors, each_sensor};
+pub use window::{TransferWindow, Window, WindowSettings, all_sensors, each_sensor};

@@ -29,13 +29,44 @@ pub enum Error {
         /// What it is.
         value: f64,
     },
+    /// A body that the model doesn't have.
+    #[error(
+        "reward.extrinsic.body must be one of the model's bodies, {known}; got '{name}'{suggestion}"
+    )]
+    UnknownBody {
+        /// The setting.
+        name: String,
+        /// `, did you mean 'head'?`, or nothing.
+        suggestion: String,
+        /// All that there are.
+        known: String,
+    },
+    /// Information that passes between joints is asked for, and no two of them are neighbours.
+    #[error(
+        "reward.intrinsic.kind = \"transfer_entropy\" needs joints of which one moves the body that \
+         the other is fixed to, both with sensors, got a model without; choose \
+         \"mutual_information\" or \"none\""
+    )]
+    NoNeighbours,
     /// A saved state of another reward.
-    #[error("a reward without a window must have an empty state, got {n_words} words")]
+    #[error("a reward's state must be {expected}, got {found}")]
     State {
-        /// Its length.
-        n_words: usize,
+        /// What this one's is.
+        expected: &'static str,
+        /// What it is.
+        found: String,
     },
     /// A reading that doesn't fit the layout, or a state that doesn't fit the window.
     #[error(transparent)]
     Information(#[from] infotheory::Error),
+}
+
+impl Error {
+    /// For what has nothing to restore.
+    pub(crate) fn expect_no_state(state: &[u64]) -> Result<(), Self> {
+        match state {
+            [] => Ok(()),
+            _ => Err(Self::State { expected: "empty", found: format!("{} words", state.len()) }),
+        }
+    }
 }

@@ -1,8 +1,8 @@
-//! What a reward is told: which readings there are, and what a control step did.
+//! What a reward is told of the robot, once.
 
-/// The readings of a robot: positions first, then contacts.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SensorLayout {
+/// The robot: its readings, positions first and then contacts, and its bodies.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RobotLayout {
     /// The number of joint positions.
     pub n_positions: usize,
     /// Contacts, of two states each.
@@ -11,6 +11,15 @@ pub struct SensorLayout {
     pub n_bins: u64,
     /// The model's groups, its legs.
     pub groups: Vec<Group>,
+    /// Pairs of positions whose joints are next to each other: the one moves the body that the other is
+    /// fixed to. Bodies that are fixed together count as one. Each pair is there once.
+    pub neighbours: Vec<[usize; 2]>,
+    /// The bodies' names, in the model's order.
+    pub bodies: Vec<String>,
+    /// Which of the bodies has the heading axis.
+    pub heading_body: usize,
+    /// The model's own factor for metres in a control step.
+    pub locomotion_scale: f64,
 }
 
 /// Readings that belong together.
@@ -24,7 +33,7 @@ pub struct Group {
     pub contacts: Vec<usize>,
 }
 
-impl SensorLayout {
+impl RobotLayout {
     /// Length of a reading.
     #[must_use]
     pub fn n_sensors(&self) -> usize {
@@ -38,17 +47,4 @@ impl SensorLayout {
         radices.resize(self.n_sensors(), 2);
         radices
     }
-}
-
-/// What a control step did.
-#[derive(Clone, Copy, Debug)]
-pub struct Step<'a> {
-    /// The reading after it: each sensor's bin, `[n_sensors]`.
-    pub bins: &'a [u64],
-    /// How far the centre of gravity went along the heading, in m.
-    pub advance_m: f64,
-    /// How far the heading turned to the left, in rad.
-    pub heading_change_rad: f64,
-    /// Parts that had better not touch anything, and do.
-    pub penalised_contacts: usize,
 }

@@ -13,21 +13,23 @@
 //! |---|---|
 //! | `lib.rs`, `terms.rs` | [`Reward`]: settings at work, step by step; [`Terms`]: every part by itself |
 //! | `settings.rs`, `kinds.rs` | [`RewardSettings`]: the table `reward` of an experiment file; what makes a list of kinds |
-//! | `layout.rs` | [`SensorLayout`], [`Step`]: all that a reward is told |
-//! | [`extrinsic`] | e: `locomotion.rs`, `turning.rs` |
-//! | [`intrinsic`] | i: `mutual_information.rs`, `none.rs` |
+//! | `layout.rs`, `transition.rs` | [`RobotLayout`], [`Transition`]: all that a reward is told |
+//! | [`extrinsic`] | e: `locomotion.rs`, `turning.rs`, `reach.rs`, `efficient_locomotion.rs`, `height.rs` |
+//! | [`intrinsic`] | i: `mutual_information.rs`, `transfer_entropy.rs`, `none.rs` |
 //! | [`mix`] | one number of both: `geometric.rs`, `linear.rs`, with a schedule of xi |
 //! | `error.rs` | [`Error`] |
 //!
 //! ```
-//! use reward::{Reward, RewardSettings, SensorLayout, Step};
+//! use reward::{Reward, RewardSettings, RobotLayout, RobotState, Transition};
 //!
-//! let layout = SensorLayout { n_positions: 2, n_contacts: 0, n_bins: 4, groups: vec![] };
-//! let mut reward = Reward::new(&RewardSettings::default(), &layout, 1.0)?;
+//! let layout = RobotLayout { n_positions: 2, n_bins: 4, ..RobotLayout::default() };
+//! let mut reward = Reward::new(&RewardSettings::default(), &layout, 1)?;
 //! reward.begin(&[0, 3])?;
+//! let before = RobotState::default(); // heads along x
+//! let mut after = before.clone();
+//! after.centre_of_gravity_m.x = 0.02;
 //! let bins = [1, 2]; // of both joints, after the step
-//! let step =
-//!     Step { bins: &bins, advance_m: 0.02, heading_change_rad: 0.0, penalised_contacts: 0 };
+//! let step = Transition { bins: &bins, ..Transition::between(&before, &after) };
 //! let terms = reward.evaluate(&step, 0)?;
 //! assert_eq!(terms.extrinsic_raw, 0.02);
 //! # Ok::<(), reward::Error>(())
@@ -35,7 +37,7 @@
 //!
 //! What always holds: a reward goes on from its saved state with the same bits; no term is NaN or
 //! infinite; every kind of a list passes the same tests (`tests.rs`). Neither robots nor learning are
-//! known here: a task sees a [`Step`].
+//! known here: a task sees a [`Transition`].
 
 #![forbid(unsafe_code)]
 
@@ -47,13 +49,16 @@ mod layout;
 pub mod mix;
 mod settings;
 mod terms;
+mod transition;
 
 pub use error::Error;
 pub use extrinsic::ExtrinsicSettings;
-pub use layout::{Group, SensorLayout, Step};
+pub use layout::{Group, RobotLayout};
 pub use settings::RewardSettings;
 pub use terms::Terms;
+pub use transition::{BodyState, RobotState, Transition};
 
+use extrinsic::Extrinsic;
 use intrinsic::Intrinsic;
 
 /// What both parts of a reward are made to have as their maximum, about.
@@ -65,22 +70,20 @@ pub struct Reward {
     settings: RewardSettings,
     /// Of the extrinsic part.
     factor: f64,
+    extrinsic: Box<dyn Extrinsic>,
     intrinsic: Box<dyn Intrinsic>,
 }
 
 impl Reward {
-    /// For readings of this layout; `locomotion_scale` is the model's own factor for metres of
-    /// locomotion in a control step.
+    /// For this robot, with the seed's random numbers.
     ///
     /// # Errors
-    /// Settings that don't fit the layout.
-    pub fn new(
-        settings: &RewardSettings,
-        layout: &SensorLayout,
-        locomotion_scale: f64,
-    ) -> Result<Self, Error> {
+    /// Settings that don't fit the robot.
+    pub fn new(settings: &RewardSettings, layout: &RobotLayout, seed: u64) -> Result<Self, Error> {
+        let extrinsic = settings.extrinsic.get();
         Ok(Self {
-            factor: settings.extrinsic.get().factor(locomotion_scale),
+            factor: extrinsic.factor(layout),
+            extrinsic: extrinsic.build(layout, seed)?,
             intrinsic: settings.intrinsic.get().build(layout)?,
             settings: settings.clone(),
         })
@@ -98,14 +101,14 @@ impl Reward {
     ///
     /// # Errors
     /// A reading that doesn't fit the layout; a term that isn't finite.
-    pub fn evaluate(&mut self, step: &Step<'_>, update: u64) -> Result<Terms, Error> {
+    pub fn evaluate(&mut self, step: &Transition<'_>, update: u64) -> Result<Terms, Error> {
         self.intrinsic.push(step.bins)?;
-        let RewardSettings { extrinsic, mix, scale, penalty, .. } = &self.settings;
+        let RewardSettings { mix, scale, penalty, .. } = &self.settings;
         let information = self.intrinsic.value();
-        let extrinsic_raw = extrinsic.get().raw(step);
+        let extrinsic_raw = self.extrinsic.value(step);
         let extrinsic = self.factor * extrinsic_raw;
         let xi = mix.get().xi().at(update);
-        let penalty = scale * penalty * step.penalised_contacts as f64;
+        let penalty = scale * penalty * step.after.penalised_contacts as f64;
         let terms = Terms {
             reward: scale * mix.get().mix(xi, extrinsic, information.scaled) - penalty,
             extrinsic_raw,
@@ -120,10 +123,10 @@ impl Reward {
         Ok(terms)
     }
 
-    /// All that changes, for [`Reward::restore`].
+    /// All that changes, for [`Reward::restore`]: the information's, then the task's, if it has any.
     #[must_use]
     pub fn save(&self) -> Vec<u64> {
-        self.intrinsic.save()
+        [self.intrinsic.save(), self.extrinsic.save()].concat()
     }
 
     /// Goes back to a state of a reward with the same settings and layout, and continues with the
@@ -132,7 +135,15 @@ impl Reward {
     /// # Errors
     /// A state of another one. The reward is then as before.
     pub fn restore(&mut self, state: &[u64]) -> Result<(), Error> {
-        self.intrinsic.restore(state)
+        let before = self.extrinsic.save();
+        let n_words = state.len().saturating_sub(before.len());
+        let (intrinsic, extrinsic) = state.split_at(n_words);
+        self.extrinsic.restore(extrinsic)?;
+        let restored = self.intrinsic.restore(intrinsic);
+        if restored.is_err() {
+            self.extrinsic.restore(&before)?;
+        }
+        restored
     }
 }
 

@@ -7,11 +7,11 @@ use super::Error;
 pub struct Terms {
     /// r, as optimised: scale (mix - penalty).
     pub reward: f64,
-    /// The extrinsic part in its own unit: m for locomotion, rad for turning.
+    /// The extrinsic part in its own unit, [`extrinsic::Build::unit`](crate::extrinsic::Build::unit).
     pub extrinsic_raw: f64,
     /// The extrinsic part as it's mixed.
     pub extrinsic: f64,
-    /// Information in nats: the mean over sensors or groups, by observed frequencies.
+    /// Information in nats: the mean over sensors, groups or links, by observed frequencies.
     pub intrinsic_nats: f64,
     /// The same less its bias, by Miller and Madow. Can be negative.
     pub intrinsic_nats_corrected: f64,

@@ -12,7 +12,7 @@ use svenja::Morphology;
 use crate::{
     experiment::Experiment,
     gait::Gait,
-    session::{Episode, Solver, Transition, recorded_layout},
+    session::{Episode, Evaluation, Solver, recorded_layout},
 };
 
 /// The ways to decide about targets.
@@ -78,7 +78,7 @@ pub struct RolloutStep<'a> {
     /// The control step, from 0 once the robot has settled.
     pub step: u64,
     /// What it did, and what it was worth with `xi` as at the start of training.
-    pub did: Transition,
+    pub did: Evaluation,
     /// The robot at its end.
     pub episode: &'a Episode,
 }
@@ -102,18 +102,19 @@ pub struct Summary {
     pub penalised_contacts: u64,
 }
 
-/// Lets a driver act for so many control steps; each is shown to `see`.
+/// Lets a driver act for so many control steps; each is shown to `see`. What the task draws is of the
+/// seed.
 ///
 /// # Errors
 /// Settings that don't fit; a robot that blows up; what `see` returns.
 pub fn roll_out(
     experiment: &Experiment,
     morphology: &Morphology,
-    driver: &mut Driver,
+    (driver, seed): (&mut Driver, u64),
     n_steps: u64,
     mut see: impl FnMut(&RolloutStep<'_>) -> anyhow::Result<()>,
 ) -> anyhow::Result<Summary> {
-    let mut episode = Episode::new(experiment, morphology)?;
+    let mut episode = Episode::new(experiment, morphology, seed)?;
     // Even one world alone is swept faster than by Bullet's own solver.
     let mut solver = Solver::lockstep()?;
     while episode.is_settling() {
@@ -125,7 +126,7 @@ pub fn roll_out(
     let n_contacts = morphology.contacts().len();
     let mut summary =
         Summary { steps: n_steps, contacts: vec![0.0; n_contacts], ..Summary::default() };
-    let start = episode.whereabouts().centre_of_gravity_m;
+    let start = episode.state().centre_of_gravity_m;
     for step in 0..n_steps {
         driver.decide(step, &mut episode)?;
         episode.hold(&mut solver)?;
@@ -134,7 +135,7 @@ pub fn roll_out(
         summary.add(&seen, n_contacts);
         see(&seen)?;
     }
-    let end = episode.whereabouts().centre_of_gravity_m;
+    let end = episode.state().centre_of_gravity_m;
     summary.net_displacement_m = (end - start).xy().norm();
     Ok(summary)
 }
@@ -146,12 +147,12 @@ pub fn roll_out(
 pub fn record(
     experiment: &Experiment,
     morphology: &Morphology,
-    driver: &mut Driver,
+    (driver, seed): (&mut Driver, u64),
     n_steps: u64,
 ) -> anyhow::Result<Recording> {
     let layout = recorded_layout(experiment, morphology);
     let mut ring = Ring::new(layout, usize::try_from(n_steps)?)?;
-    roll_out(experiment, morphology, driver, n_steps, |step| {
+    roll_out(experiment, morphology, (driver, seed), n_steps, |step| {
         Ok(ring.push(step.episode.recorded(&step.did.terms.as_array()))?)
     })?;
     Ok(ring.recording())
@@ -160,7 +161,7 @@ pub fn record(
 impl Summary {
     fn add(&mut self, step: &RolloutStep<'_>, n_contacts: usize) {
         let n = self.steps as f64;
-        let Transition { terms, advance_m, heading_change_rad, penalised_contacts, .. } = step.did;
+        let Evaluation { terms, advance_m, heading_change_rad, penalised_contacts, .. } = step.did;
         self.advance_m += advance_m / n;
         self.heading_change_rad += heading_change_rad;
         self.information_nats += terms.intrinsic_nats / n;

@@ -1,6 +1,6 @@
 //! A robot in a world: a morphology built, sensed and actuated.
 
-use bullet::{Axis, BodyId, BodyState, Contact, JointId, MotorCommand, World};
+use bullet::{Axis, BodyId, BodyState, Contact, JointId, MotorCommand, MotorState, World};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::{
@@ -83,6 +83,8 @@ pub struct Robot {
     joint_names: Vec<(String, usize)>,
     sensors: Vec<Sensor>,
     servos: Vec<ServoDrive>,
+    /// The joint of each servo.
+    driven: Vec<JointId>,
     contacts: Vec<usize>,
     penalised: Vec<usize>,
     heading: (usize, Vector3<f64>),
@@ -94,6 +96,7 @@ pub struct Robot {
     contact_points: Vec<Contact>,
     touching: Vec<bool>,
     commands: Vec<MotorCommand>,
+    motors: Vec<MotorState>,
 }
 
 #[derive(Debug)]
@@ -159,7 +162,7 @@ impl Robot {
             })
         };
         let sensors = morphology.sensors().iter().map(sensor).collect();
-        let servos = morphology.actuators().iter().filter_map(drive).collect();
+        let servos: Vec<_> = morphology.actuators().iter().filter_map(drive).collect();
         let heading = morphology.heading();
         let mut robot = Self {
             touching: vec![false; parts.len()],
@@ -169,6 +172,7 @@ impl Robot {
             moving,
             joint_names: morphology.joints().iter().map(|j| (j.name.clone(), j.child)).collect(),
             sensors,
+            driven: servos.iter().map(|servo| servo.sensor.joint).collect(),
             servos,
             contacts: morphology.contacts().to_vec(),
             penalised: morphology.penalised().to_vec(),
@@ -178,6 +182,7 @@ impl Robot {
             angles: Vec::new(),
             contact_points: Vec::new(),
             commands: Vec::new(),
+            motors: Vec::new(),
         };
         robot.look(world)?;
         Ok(robot)
@@ -199,10 +204,7 @@ impl Robot {
     }
 
     fn look_at_joints(&mut self, world: &World) -> Result<(), Error> {
-        world.read_angles_of(&self.moving, &mut self.angles).map_err(|error| match error {
-            bullet::Error::UnknownId { .. } => Error::OtherWorld,
-            error => error.into(),
-        })
+        world.read_angles_of(&self.moving, &mut self.angles).map_err(other_world)
     }
 
     /// Looks at the world as it is now; the readings are put into `out`, which keeps its room. What
@@ -300,6 +302,19 @@ impl Robot {
         Ok(())
     }
 
+    /// Adds the mechanical work of each servo in the last physics step to `work_j`, `[n_actuators]`, in
+    /// J: its torque times how far its axis turned, negative where it brakes.
+    ///
+    /// # Errors
+    /// A world without the robot, or one that doesn't [measure](World::measure_motors).
+    pub fn add_work(&mut self, world: &World, work_j: &mut [f64]) -> Result<(), Error> {
+        world.read_motors_of(&self.driven, &mut self.motors).map_err(other_world)?;
+        for ((work_j, motor), servo) in work_j.iter_mut().zip(&self.motors).zip(&self.servos) {
+            *work_j += motor.work[servo.sensor.place.index()];
+        }
+        Ok(())
+    }
+
     /// Names the part that an error of the world is about.
     #[must_use]
     pub fn explain(&self, error: bullet::Error) -> Error {
@@ -355,6 +370,14 @@ impl Robot {
         Isometry3::from_parts(pose.translation, pose.rotation * part.model_frame)
     }
 
+    /// Velocities of a part, by its index in the morphology, along and about the axes of the world: that
+    /// of its centre of mass in m/s, and the angular one in rad/s.
+    #[must_use]
+    pub fn velocities(&self, part: usize) -> (Vector3<f64>, Vector3<f64>) {
+        let state = &self.states[self.parts[part].id.index()];
+        (state.linear_velocity.into(), state.angular_velocity.into())
+    }
+
     /// Length of the targets.
     #[must_use]
     pub fn n_actuators(&self) -> usize {
@@ -371,5 +394,13 @@ impl Robot {
     #[must_use]
     pub fn joint_id(&self, joint: usize) -> JointId {
         self.joints[joint]
+    }
+}
+
+/// A joint that isn't there is one of another world's.
+fn other_world(error: bullet::Error) -> Error {
+    match error {
+        bullet::Error::UnknownId { .. } => Error::OtherWorld,
+        error => error.into(),
     }
 }

@@ -9,8 +9,8 @@
 use std::{env, path::Path};
 
 use bullet::{
-    BodyState, Contact, Instructions, JointState, Lockstep, LockstepCounts, Push, World,
-    WorldSettings,
+    BodyState, Contact, Instructions, JointId, JointState, Lockstep, LockstepCounts, MotorState,
+    Push, World, WorldSettings,
 };
 use nalgebra::Vector3;
 use rand_pcg::{
@@ -37,6 +37,7 @@ struct Rehearsal {
 impl Rehearsal {
     fn new(morphology: &Morphology, number: usize) -> Self {
         let mut world = World::new(&WorldSettings::default()).unwrap();
+        world.measure_motors(true);
         add_ground(&mut world).unwrap();
         let robot = Robot::spawn(morphology, &mut world).unwrap();
         let random = Pcg64Mcg::seed_from_u64(number as u64);
@@ -72,12 +73,13 @@ impl Rehearsal {
     }
 }
 
-/// A hash of all that can be read of a world: poses, velocities, impulses of joints and contacts.
+/// A hash of all that can be read of a world: poses, velocities, impulses of joints, motors and contacts.
 #[derive(Default)]
 struct Reader {
     bodies: Vec<BodyState>,
     joints: Vec<JointState>,
     contacts: Vec<Contact>,
+    motors: Vec<MotorState>,
 }
 
 impl Reader {
@@ -85,6 +87,8 @@ impl Reader {
         world.read_bodies(&mut self.bodies).unwrap();
         world.read_joints(&mut self.joints).unwrap();
         world.read_contacts(&mut self.contacts).unwrap();
+        let ids: Vec<_> = (0..self.joints.len() as u32).map(|slot| JointId { slot }).collect();
+        world.read_motors_of(&ids, &mut self.motors).unwrap();
         let mut hash = 0xcbf2_9ce4_8422_2325_u64;
         let mut take = |numbers: &[f64]| {
             for number in numbers {
@@ -101,6 +105,10 @@ impl Reader {
         for joint in &self.joints {
             take(&joint.force);
             take(&joint.torque);
+        }
+        for motor in &self.motors {
+            take(&motor.force);
+            take(&motor.work);
         }
         for contact in &self.contacts {
             take(&[contact.distance, contact.impulse]);

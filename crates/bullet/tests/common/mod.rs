@@ -3,7 +3,7 @@
 
 use bullet::{
     Axis, AxisSettings, Body, BodyId, BodyState, Contact, Joint, JointId, JointKind, JointState,
-    Lengthwise, Motor, MotorCommand, Push, Range, Shape, ShapeId, Spring, Stop, World,
+    Lengthwise, Motor, MotorCommand, MotorState, Push, Range, Shape, ShapeId, Spring, Stop, World,
     WorldSettings,
 };
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
@@ -20,6 +20,7 @@ pub struct Playground {
 impl Playground {
     pub fn new(settings: &WorldSettings) -> Self {
         let mut world = World::new(settings).unwrap();
+        world.measure_motors(true);
         build_ground(&mut world);
         let heap = build_heap(&mut world);
         let paddle = {
@@ -205,6 +206,9 @@ pub struct Readings {
     pub bodies: Vec<BodyState>,
     pub joints: Vec<JointState>,
     pub contacts: Vec<Contact>,
+    /// Of all joints that are there; none where motors aren't measured.
+    pub motors: Vec<MotorState>,
+    ids: Vec<JointId>,
 }
 
 impl Readings {
@@ -218,6 +222,12 @@ impl Readings {
         world.read_bodies(&mut self.bodies).unwrap();
         world.read_joints(&mut self.joints).unwrap();
         world.read_contacts(&mut self.contacts).unwrap();
+        let slots = (0..).map(|slot| JointId { slot }).zip(&self.joints);
+        self.ids.clear();
+        self.ids.extend(slots.filter(|(_, joint)| joint.exists).map(|(id, _)| id));
+        if world.read_motors_of(&self.ids, &mut self.motors).is_err() {
+            self.motors.clear();
+        }
     }
 
     /// Every number's bits, so that NaN and the sign of zero count.
@@ -233,7 +243,8 @@ impl Readings {
             let pair = [f64::from(c.a.slot), f64::from(c.b.slot), c.distance, c.impulse];
             [&pair[..], &c.point, &c.normal, &c.friction_impulse].concat()
         });
-        bodies.chain(joints).chain(contacts).map(f64::to_bits).collect()
+        let motors = self.motors.iter().flat_map(|m| [m.force, m.work].concat());
+        bodies.chain(joints).chain(contacts).chain(motors).map(f64::to_bits).collect()
     }
 }
 

@@ -12,7 +12,7 @@ use crate::lab::{
 };
 
 /// A joint whose axis (of those it can drive) is the frame's z, for angles, or x, for lengths.
-fn driven(axis: Axis, class: &str, motor: Motor) -> (JointKind, Axis) {
+pub(crate) fn driven(axis: Axis, class: &str, motor: Motor) -> (JointKind, Axis) {
     let settings = AxisSettings { motor: Some(motor), ..AxisSettings::free() };
     let kind = match (class, axis) {
         ("hinge", _) => JointKind::Hinge(settings),
@@ -36,7 +36,7 @@ fn driven(axis: Axis, class: &str, motor: Motor) -> (JointKind, Axis) {
 }
 
 /// Turns the frame's axis (x, y or z) to a direction.
-fn frame(axis: Axis, direction: Vector3<f64>) -> UnitQuaternion<f64> {
+pub(crate) fn frame(axis: Axis, direction: Vector3<f64>) -> UnitQuaternion<f64> {
     let mut from = Vector3::zeros();
     from[axis.index() % 3] = 1.0;
     // None where they are opposite, as y and -y.
@@ -44,14 +44,14 @@ fn frame(axis: Axis, direction: Vector3<f64>) -> UnitQuaternion<f64> {
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::z_axis(), PI))
 }
 
-const TURNING: [(&str, Axis); 5] = [
+pub(crate) const TURNING: [(&str, Axis); 5] = [
     ("hinge", Axis::AngularZ),
     ("slider", Axis::AngularX),
     ("6-dof", Axis::AngularX),
     ("6-dof", Axis::AngularY),
     ("6-dof", Axis::AngularZ),
 ];
-const SHIFTING: [(&str, Axis); 4] = [
+pub(crate) const SHIFTING: [(&str, Axis); 4] = [
     ("slider", Axis::LinearX),
     ("6-dof", Axis::LinearX),
     ("6-dof", Axis::LinearY),
@@ -59,7 +59,7 @@ const SHIFTING: [(&str, Axis); 4] = [
 ];
 
 /// Where a servo, velocity = clamp(10/s (0 - position)), has brought its axis from -0.3 in 3 s.
-fn servo(world: &mut World, joint: JointId, axis: Axis, max_force: f64) -> f64 {
+pub(crate) fn servo(world: &mut World, joint: JointId, axis: Axis, max_force: f64) -> f64 {
     for _ in 0..300 {
         let error = -joint_of(world, joint).position_of(axis);
         let target_velocity = (10.0 * error).clamp(-2.0, 2.0);

@@ -9,3 +9,4 @@ mod contact;
 mod drives;
 mod lab;
 mod motion;
+mod motors;

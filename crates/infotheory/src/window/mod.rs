@@ -31,10 +31,12 @@
 //! Counts and logarithms are integers, so values are those of a recount from scratch, bit for bit,
 //! however long the window has been sliding.
 
+mod counted;
 mod counts;
 mod dense;
 mod readings;
 mod sparse;
+mod transfer;
 mod values;
 mod variable;
 
@@ -43,6 +45,8 @@ use crate::{
     information::{Estimator, Information},
     logs,
 };
+pub use transfer::TransferWindow;
+
 use readings::Readings;
 use variable::{States, Variable};
 
@@ -204,13 +208,7 @@ impl Window {
     ///
     /// `reading`: \[n_sensors\]
     pub fn push(&mut self, reading: &[u64]) -> Result<(), Error> {
-        check_length("Window::push", "reading", self.radices.len(), reading.len())?;
-        let mut symbols = reading.iter().zip(&self.radices);
-        if let Some(sensor) = symbols.position(|(&symbol, &radix)| symbol >= radix) {
-            let argument = format!("the symbol of sensor {sensor}");
-            let expected = format!("below {}", self.radices[sensor]);
-            return Err(refused("Window::push", argument, expected, reading[sensor]));
-        }
+        check_reading("Window::push", reading, &self.radices)?;
         for variable in &self.variables {
             variable.encode(reading, &mut self.incoming[variable.words.clone()]);
         }
@@ -387,6 +385,20 @@ fn bytes(settings: &WindowSettings, states: &[States]) -> usize {
     let logarithms = size_of::<i64>() * (settings.pairs + 1);
     let readings = Readings::bytes(n_words, settings.span());
     counts.fold(readings.saturating_add(logarithms), usize::saturating_add)
+}
+
+/// A reading has a symbol of each sensor, below its radix.
+fn check_reading(call: &'static str, reading: &[u64], radices: &[u64]) -> Result<(), Error> {
+    check_length(call, "reading", radices.len(), reading.len())?;
+    let mut symbols = reading.iter().zip(radices);
+    match symbols.position(|(symbol, radix)| symbol >= radix) {
+        None => Ok(()),
+        Some(sensor) => {
+            let argument = format!("the symbol of sensor {sensor}");
+            let expected = format!("below {}", radices[sensor]);
+            Err(refused(call, argument, expected, reading[sensor]))
+        }
+    }
 }
 
 /// FNV-1a over the states of the sensors and the sensors of the groups: a saved window of others

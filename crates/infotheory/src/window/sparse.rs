@@ -3,8 +3,7 @@
 //! Each first member heads a doubly linked list of its pairs, so that the successors of one state
 //! are found without looking at any others.
 
-use super::WindowSettings;
-use crate::keys::Keys;
+use super::{WindowSettings, counted::Counted};
 
 /// Counts of the pairs of a variable with any number of states.
 #[derive(Clone, Debug)]
@@ -46,7 +45,7 @@ impl Sparse {
         let lists = capacity.saturating_mul(3 * 4);
         [settings.past.saturating_mul(n_words), n_words, 1]
             .iter()
-            .map(|&width| Keys::bytes(width, capacity).saturating_add(capacity.saturating_mul(4)))
+            .map(|&width| Counted::bytes(width, capacity))
             .fold(lists, usize::saturating_add)
     }
 
@@ -132,41 +131,4 @@ impl Sparse {
 
 fn pair_key(first: u32, second: u32) -> u64 {
     u64::from(first) << 32 | u64::from(second)
-}
-
-/// Keys, and how often each is there.
-#[derive(Clone, Debug)]
-struct Counted {
-    keys: Keys,
-    /// [capacity]: 0 where the slot is free.
-    counts: Vec<u32>,
-}
-
-impl Counted {
-    fn new(width: usize, capacity: usize) -> Self {
-        Self { keys: Keys::with_capacity(width, capacity), counts: vec![0; capacity] }
-    }
-
-    /// The key's slot, and whether it's a new one.
-    fn add(&mut self, key: &[u64]) -> (u32, bool) {
-        let known = self.keys.find(key);
-        let slot = known.unwrap_or_else(|| self.keys.insert(key));
-        self.counts[slot as usize] += 1;
-        (slot, known.is_none())
-    }
-
-    /// Takes one away, and says whether it was the last.
-    fn remove(&mut self, slot: u32) -> bool {
-        self.counts[slot as usize] -= 1;
-        let last = self.counts[slot as usize] == 0;
-        if last {
-            self.keys.remove(slot);
-        }
-        last
-    }
-
-    fn clear(&mut self) {
-        self.keys.clear();
-        self.counts.fill(0);
-    }
 }

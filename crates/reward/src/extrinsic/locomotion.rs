@@ -7,47 +7,34 @@
 //! with x the centre of gravity in the XY plane and d the XY part of the robot's axial direction,
 //! read after the step and not normalised again. In m for each control step.
 
-use config::{Rule, Section, or_word, within};
-use serde::{Serialize, Serializer};
+use config::Section;
+use serde::Serialize;
 
-use super::Extrinsic;
-use crate::Step;
-
-/// What stands for the model's own factor.
-const OF_MODEL: &str = "model";
+use super::{Build, Extrinsic, model_scale};
+use crate::{Error, RobotLayout, Transition};
 
 /// Settings of locomotion.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct LocomotionSettings {
-    /// What a metre in a control step counts; None: what the model says.
-    #[serde(serialize_with = "write_scale")]
+    /// What a metre in a control step counts; by default what the model says, `"model"`. Negative:
+    /// walking backwards.
+    #[serde(serialize_with = "model_scale::write")]
     pub scale: Option<f64>,
 }
 
 impl LocomotionSettings {
     pub(super) fn read(section: &mut Section<'_>) -> Option<Self> {
-        let scale = or_word(within(-1e50, 1e50), OF_MODEL).about(
-            "what a metre in a control step counts; `\"model\"`: what the model says; negative: \
-             backwards",
-        );
-        Some(Self { scale: section.or("scale", scale, None) })
+        Some(Self { scale: model_scale::read(section) })
     }
 }
 
-fn write_scale<S: Serializer>(scale: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
-    match scale {
-        Some(scale) => serializer.serialize_f64(*scale),
-        None => serializer.serialize_str(OF_MODEL),
-    }
-}
-
-impl Extrinsic for LocomotionSettings {
-    fn raw(&self, step: &Step<'_>) -> f64 {
-        step.advance_m
+impl Build for LocomotionSettings {
+    fn build(&self, _: &RobotLayout, _: u64) -> Result<Box<dyn Extrinsic>, Error> {
+        Ok(Box::new(Locomotion))
     }
 
-    fn factor(&self, locomotion_scale: f64) -> f64 {
-        self.scale.unwrap_or(locomotion_scale)
+    fn factor(&self, layout: &RobotLayout) -> f64 {
+        model_scale::factor(self.scale, layout)
     }
 
     fn symbol(&self) -> &'static str {
@@ -59,13 +46,11 @@ impl Extrinsic for LocomotionSettings {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+#[derive(Debug)]
+struct Locomotion;
 
-    #[test]
-    fn the_model_sets_the_scale_unless_the_file_does() {
-        assert_eq!(LocomotionSettings::default().factor(2.5), 2.5);
-        assert_eq!(LocomotionSettings { scale: Some(-3.0) }.factor(2.5), -3.0);
+impl Extrinsic for Locomotion {
+    fn value(&mut self, transition: &Transition<'_>) -> f64 {
+        transition.advance_m()
     }
 }

@@ -3,8 +3,8 @@
 use config::{Rule, Section, within};
 use serde::Serialize;
 
-use super::Extrinsic;
-use crate::Step;
+use super::{Build, Extrinsic};
+use crate::{Error, RobotLayout, Transition};
 
 /// Settings of turning.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -27,12 +27,12 @@ impl TurningSettings {
     }
 }
 
-impl Extrinsic for TurningSettings {
-    fn raw(&self, step: &Step<'_>) -> f64 {
-        step.heading_change_rad
+impl Build for TurningSettings {
+    fn build(&self, _: &RobotLayout, _: u64) -> Result<Box<dyn Extrinsic>, Error> {
+        Ok(Box::new(Turning))
     }
 
-    fn factor(&self, _: f64) -> f64 {
+    fn factor(&self, _: &RobotLayout) -> f64 {
         self.scale
     }
 
@@ -45,15 +45,11 @@ impl Extrinsic for TurningSettings {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+#[derive(Debug)]
+struct Turning;
 
-    #[test]
-    fn locomotion_counts_nothing() {
-        let step =
-            Step { bins: &[], advance_m: 5.0, heading_change_rad: 0.25, penalised_contacts: 0 };
-        assert_eq!(TurningSettings::default().raw(&step), 0.25);
-        assert_eq!(TurningSettings { scale: -2.0 }.factor(9.0), -2.0);
+impl Extrinsic for Turning {
+    fn value(&mut self, transition: &Transition<'_>) -> f64 {
+        transition.heading_change_rad()
     }
 }

@@ -2,13 +2,15 @@
 
 mod mutual_information;
 mod none;
+mod transfer_entropy;
 
 pub use mutual_information::{Grouping, MutualInformationSettings, Sensors};
 pub use none::NoneSettings;
+pub use transfer_entropy::TransferEntropySettings;
 
 use std::fmt::Debug;
 
-use super::{Error, SensorLayout, kinds::kinds};
+use super::{Error, RobotLayout, kinds::kinds};
 
 /// Makes an intrinsic reward of its settings.
 pub trait Build {
@@ -16,7 +18,15 @@ pub trait Build {
     ///
     /// # Errors
     /// Settings that don't fit the layout.
-    fn build(&self, layout: &SensorLayout) -> Result<Box<dyn Intrinsic>, Error>;
+    fn build(&self, layout: &RobotLayout) -> Result<Box<dyn Intrinsic>, Error>;
+
+    /// What the information is called on axes and in tables.
+    fn symbol(&self) -> &'static str;
+
+    /// The unit of the information.
+    fn unit(&self) -> &'static str {
+        "nats"
+    }
 }
 
 /// Hears of readings and tells what they are worth.
@@ -43,7 +53,7 @@ pub trait Intrinsic: Debug + Send {
 /// The information in a reading.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Value {
-    /// By observed frequencies, the mean over sensors or groups; never negative.
+    /// By observed frequencies, the mean over sensors, groups or links; never negative.
     pub nats: f64,
     /// Less its bias, by Miller and Madow.
     pub nats_corrected: f64,
@@ -57,6 +67,9 @@ kinds! {
     /// Mutual information of successive readings: i = max * mean over sensors or groups of
     /// r_MI / ln min(states, window).
     "mutual_information" => MutualInformation(MutualInformationSettings),
+    /// What joints tell about the next positions of their neighbours, beyond what those tell
+    /// themselves: i = max * mean over both directions between neighbours of T / ln min(states, window).
+    "transfer_entropy" => TransferEntropy(TransferEntropySettings),
     /// Nothing: the task alone. It needs xi = 1, since a geometric mix with 0 is 0 for any other.
     "none" => None(NoneSettings),
 }

@@ -16,7 +16,7 @@ use infotheory::{Estimator, Window, WindowSettings, all_sensors, each_sensor};
 use serde::Serialize;
 
 use super::{Build, Intrinsic, Value};
-use crate::{Error, NOMINAL_MAXIMUM, SensorLayout};
+use crate::{Error, NOMINAL_MAXIMUM, RobotLayout};
 
 /// Settings of mutual information.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -93,7 +93,7 @@ impl MutualInformationSettings {
     }
 
     /// The sensors of each variable.
-    fn variables(&self, layout: &SensorLayout) -> Result<Vec<Vec<usize>>, Error> {
+    fn variables(&self, layout: &RobotLayout) -> Result<Vec<Vec<usize>>, Error> {
         let (n_sensors, sensors) = match self.sensors {
             Sensors::Positions => (layout.n_positions, "positions"),
             Sensors::All => (layout.n_sensors(), "all"),
@@ -125,11 +125,15 @@ impl MutualInformationSettings {
 }
 
 impl Build for MutualInformationSettings {
-    fn build(&self, layout: &SensorLayout) -> Result<Box<dyn Intrinsic>, Error> {
+    fn build(&self, layout: &RobotLayout) -> Result<Box<dyn Intrinsic>, Error> {
         let &Self { window, lag, past, max, .. } = self;
         let settings = WindowSettings { pairs: window, lag, past };
         let window = Window::new(settings, &layout.radices(), &self.variables(layout)?)?;
         Ok(Box::new(MutualInformation { window, max }))
+    }
+
+    fn symbol(&self) -> &'static str {
+        "R_MI"
     }
 }
 
@@ -173,14 +177,14 @@ mod tests {
     use crate::Group;
 
     /// Two legs of two joints and a foot each.
-    fn layout() -> SensorLayout {
+    fn layout() -> RobotLayout {
         let group = |name: &str, positions: [usize; 2], contact| Group {
             name: name.into(),
             positions: positions.into(),
             contacts: vec![contact],
         };
         let groups = vec![group("left", [0, 2], 1), group("right", [1, 3], 0)];
-        SensorLayout { n_positions: 4, n_contacts: 2, n_bins: 2, groups }
+        RobotLayout { n_positions: 4, n_contacts: 2, n_bins: 2, groups, ..Default::default() }
     }
 
     fn settings(sensors: Sensors, group: Grouping) -> MutualInformationSettings {
@@ -203,7 +207,7 @@ mod tests {
     #[test]
     fn a_layout_without_what_is_asked_for_is_refused_by_name() {
         let mut layout = layout();
-        let message = |layout: &SensorLayout| {
+        let message = |layout: &RobotLayout| {
             let settings = settings(Sensors::Positions, Grouping::Group);
             settings.build(layout).unwrap_err().to_string()
         };

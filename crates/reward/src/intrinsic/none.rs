@@ -7,7 +7,7 @@ use config::Section;
 use serde::Serialize;
 
 use super::{Build, Intrinsic, Value};
-use crate::{Error, SensorLayout};
+use crate::{Error, RobotLayout};
 
 /// There is nothing to set.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -20,8 +20,12 @@ impl NoneSettings {
 }
 
 impl Build for NoneSettings {
-    fn build(&self, _: &SensorLayout) -> Result<Box<dyn Intrinsic>, Error> {
+    fn build(&self, _: &RobotLayout) -> Result<Box<dyn Intrinsic>, Error> {
         Ok(Box::new(Nothing))
+    }
+
+    fn symbol(&self) -> &'static str {
+        "none"
     }
 }
 
@@ -42,6 +46,6 @@ impl Intrinsic for Nothing {
     }
 
     fn restore(&mut self, state: &[u64]) -> Result<(), Error> {
-        if state.is_empty() { Ok(()) } else { Err(Error::State { n_words: state.len() }) }
+        Error::expect_no_state(state)
     }
 }

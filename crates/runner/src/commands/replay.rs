@@ -113,7 +113,8 @@ fn rolled_out(arguments: &Replay, policy: Option<&str>) -> anyhow::Result<Clip> 
     let policy = policy.unwrap_or("random");
     let mut driver = subject.driver(policy, arguments.seed)?;
     let Subject { experiment, morphology, .. } = subject;
-    let recording = record(&experiment, &morphology, &mut driver, arguments.steps)?;
+    let driver = (&mut driver, arguments.seed);
+    let recording = record(&experiment, &morphology, driver, arguments.steps)?;
     let title = match policy {
         "learned" | "random" => format!("policy {policy}, seed {}", arguments.seed),
         _ => format!("policy {policy}"),

@@ -25,7 +25,8 @@ pub(super) fn rollout(arguments: &Rollout) -> anyhow::Result<Outcome> {
         Ok(())
     };
     let Subject { experiment, morphology, .. } = &subject;
-    let summary = roll_out(experiment, morphology, &mut driver, arguments.steps, see)?;
+    let driver = (&mut driver, arguments.seed);
+    let summary = roll_out(experiment, morphology, driver, arguments.steps, see)?;
     if let (Some(path), Some(table)) = (&arguments.csv, table) {
         atomic::write(path, table.as_bytes())?;
     }
@@ -53,7 +54,7 @@ fn header(morphology: &Morphology) -> String {
 
 fn row(step: &RolloutStep<'_>) -> String {
     let mut line = step.step.to_string();
-    let position_m: [f64; 3] = step.episode.whereabouts().centre_of_gravity_m.into();
+    let position_m: [f64; 3] = step.episode.state().centre_of_gravity_m.into();
     let did = &step.did;
     let numbers = position_m
         .into_iter()

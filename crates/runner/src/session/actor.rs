@@ -7,6 +7,7 @@
 use std::time::{Duration, Instant};
 
 use policy::Policy;
+use rand_chacha::rand_core::Rng;
 use reward::Terms;
 use runs::Ring;
 use svenja::Morphology;
@@ -51,7 +52,8 @@ impl Actor {
         world: usize,
     ) -> Result<Self, Error> {
         let build = |error: &dyn std::fmt::Display| Error::Build(error.to_string());
-        let episode = Episode::new(experiment, morphology).map_err(|error| build(&error))?;
+        let episode = Episode::new(experiment, morphology, seed_of(world, seed))
+            .map_err(|error| build(&error))?;
         policy.draw_from(seed, &stream("policy", world));
         let n = policy.parameters().len();
         let wind = &experiment.perturbation;
@@ -73,7 +75,7 @@ impl Actor {
 
     /// Before the first control step of an update.
     pub(super) fn begin_update(&mut self) {
-        self.tally = Tally::begin(self.episode.whereabouts());
+        self.tally = Tally::begin(self.episode.state());
     }
 
     /// Before the physics of a control step: what the robot shall do. The score is only made if it's
@@ -119,6 +121,11 @@ impl Actor {
     pub(super) fn record(&self, ring: &mut Ring) -> Result<(), runs::Error> {
         ring.push(self.episode.recorded(&self.terms.as_array()))
     }
+}
+
+/// The seed of what is drawn in a world for its own sake, as a reward's points.
+fn seed_of(world: usize, seed: u64) -> u64 {
+    if world == 0 { seed } else { streams::named(seed, &stream("seed", world)).next_u64() }
 }
 
 /// The name of a world's stream of random numbers. The first one has those of a cell of one world.

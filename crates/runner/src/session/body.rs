@@ -3,8 +3,7 @@
 use std::time::Instant;
 
 use bullet::{SolverMode, World, WorldSettings};
-use nalgebra::{Point3, Vector3};
-use reward::Step;
+use reward::{BodyState, RobotState};
 use svenja::{Morphology, Readings, Robot, add_ground};
 
 use super::Solver;
@@ -23,6 +22,8 @@ pub struct Body {
     n_bodies: usize,
     /// `[frames_per_step x n_bodies x 7]`, of the last control step.
     poses: Vec<f32>,
+    /// `[n_actuators]`, of the last control step; empty if nobody asks for it.
+    work_j: Vec<f64>,
 }
 
 impl Body {
@@ -42,14 +43,17 @@ impl Body {
         })?;
         add_ground(&mut world)?;
         let robot = Robot::spawn(morphology, &mut world)?;
+        let needs_work = experiment.reward.extrinsic.get().needs_work();
+        world.measure_motors(needs_work);
         let mut body = Self {
             world,
-            robot,
             readings: Readings::default(),
             n_physics_steps: experiment.physics_steps_per_control_step(),
             pose_every: experiment.record.pose_every,
             n_bodies: morphology.bodies().len(),
             poses: Vec::new(),
+            work_j: vec![0.0; if needs_work { robot.n_actuators() } else { 0 }],
+            robot,
         };
         body.sense()?;
         Ok(body)
@@ -65,6 +69,9 @@ impl Body {
 
     /// The world after a physics step of a control step, counted from 1.
     fn look(&mut self, step: u64) -> Result<(), svenja::Error> {
+        if !self.work_j.is_empty() {
+            self.robot.add_work(&self.world, &mut self.work_j)?;
+        }
         if step.is_multiple_of(self.pose_every) {
             self.robot.look(&self.world)?;
             self.record_poses();
@@ -96,31 +103,27 @@ impl Body {
         &self.readings
     }
 
-    /// Where the robot is now.
-    #[must_use]
-    pub fn whereabouts(&self) -> Whereabouts {
-        Whereabouts {
-            centre_of_gravity_m: self.robot.centre_of_gravity_m(),
-            heading: self.robot.heading(),
-        }
+    /// Looks at the robot as it is now; `out` keeps its room.
+    pub fn read_state(&self, out: &mut RobotState) {
+        let parts = 0..self.n_bodies;
+        out.bodies.clear();
+        out.bodies.extend(parts.clone().map(|part| {
+            let (linear_velocity_m_s, angular_velocity_rad_s) = self.robot.velocities(part);
+            BodyState { pose: self.robot.pose(part), linear_velocity_m_s, angular_velocity_rad_s }
+        }));
+        out.centre_of_gravity_m = self.robot.centre_of_gravity_m();
+        out.heading = self.robot.heading();
+        out.readings.clone_from(&self.readings.values);
+        out.contacts.clear();
+        out.contacts.extend(parts.map(|part| self.robot.touches(part)));
+        out.penalised_contacts = self.robot.n_penalised_contacts();
     }
 
-    /// What a control step did that began somewhere and ended here, with this reading's bins.
+    /// The mechanical work of each servo in the last control step, in J: `[n_actuators]`, or none if the
+    /// task has no need of it.
     #[must_use]
-    pub fn step_since<'a>(&self, before: &Whereabouts, bins: &'a [u64]) -> Step<'a> {
-        let now = self.whereabouts();
-        let moved = now.centre_of_gravity_m - before.centre_of_gravity_m;
-        Step {
-            bins,
-            advance_m: moved.xy().dot(&now.heading.xy()),
-            heading_change_rad: turned(&before.heading, &now.heading),
-            penalised_contacts: self.robot.n_penalised_contacts(),
-        }
-    }
-
-    /// Which bodies touch something, 1 or 0 each, in the model's order.
-    pub fn contacts(&self) -> impl Iterator<Item = u8> + '_ {
-        (0..self.n_bodies).map(|part| u8::from(self.robot.touches(part)))
+    pub fn work_j(&self) -> &[f64] {
+        &self.work_j
     }
 
     /// The world's state, for [`Body::restore`].
@@ -151,7 +154,10 @@ pub(super) fn hold(
 ) -> Vec<Result<(), svenja::Error>> {
     let n_physics_steps = bodies.first().map_or(0, |body| body.n_physics_steps);
     let mut results: Vec<_> = bodies.iter().map(|_| Ok(())).collect();
-    bodies.iter_mut().for_each(|body| body.poses.clear());
+    for body in bodies.iter_mut() {
+        body.poses.clear();
+        body.work_j.fill(0.0);
+    }
     for step in 1..=n_physics_steps {
         let start = Instant::now();
         let mut well: Vec<_> =
@@ -175,34 +181,4 @@ pub(super) fn hold(
         }
     }
     results
-}
-
-/// Where a robot is, and where it heads.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Whereabouts {
-    /// The centre of gravity of the whole robot, in m.
-    pub centre_of_gravity_m: Point3<f64>,
-    /// The heading axis in space, of length 1.
-    pub heading: Vector3<f64>,
-}
-
-/// How far a heading turned to the left, in rad, seen from above.
-fn turned(from: &Vector3<f64>, to: &Vector3<f64>) -> f64 {
-    libm::atan2(from.x * to.y - from.y * to.x, from.x * to.x + from.y * to.y)
-}
-
-#[cfg(test)]
-mod tests {
-    use std::f64::consts::FRAC_PI_4;
-
-    use super::*;
-
-    #[test]
-    fn turning_left_is_positive() {
-        let x = Vector3::x();
-        // A rounding.
-        assert!((turned(&x, &Vector3::new(1.0, 1.0, 5.0)) - FRAC_PI_4).abs() < 1e-15);
-        assert!(turned(&x, &Vector3::new(1.0, -0.1, 0.0)) < 0.0);
-        assert_eq!(turned(&x, &x), 0.0);
-    }
 }

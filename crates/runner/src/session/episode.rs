@@ -5,12 +5,12 @@
 //! first one the robot settles: [`Episode::rest`], [`hold`], [`Episode::settle`], as long as it
 //! [is settling](Episode::is_settling).
 
-use reward::{Group, Reward, SensorLayout, Terms};
+use reward::{Group, Reward, RobotLayout, RobotState, Terms, Transition};
 use runs::{Layout, Step as Recorded};
 use serde::{Deserialize, Serialize};
 use svenja::{Morphology, Readings};
 
-use super::{Body, Codec, CodecShape, Solver, Whereabouts, body};
+use super::{Body, Codec, CodecShape, Solver, body};
 use crate::experiment::Experiment;
 
 /// A body with what turns its readings into bits, bits into its targets, and its steps into rewards.
@@ -18,8 +18,9 @@ pub struct Episode {
     pub(super) body: Body,
     pub(super) codec: Codec,
     pub(super) reward: Reward,
-    /// At the end of the last control step.
-    whereabouts: Whereabouts,
+    /// The robot at the end of the last control step, and at that of the one before.
+    state: RobotState,
+    before: RobotState,
     /// Control steps in which the robot settles, and how many of them are done.
     settling: (u64, u64),
     /// `[n_actuators]`, within -1 to 1.
@@ -41,7 +42,7 @@ pub(super) struct Home {
 
 /// What a control step did, and what it was worth.
 #[derive(Clone, Copy, Debug)]
-pub struct Transition {
+pub struct Evaluation {
     /// Every term of the reward.
     pub terms: Terms,
     /// Along the heading, in m.
@@ -55,22 +56,28 @@ pub struct Transition {
 }
 
 impl Episode {
-    /// The robot where its model starts, before it has settled.
+    /// The robot where its model starts, before it has settled. What its task draws is of the seed.
     ///
     /// # Errors
     /// What the world refuses; settings that don't fit the model.
-    pub fn new(experiment: &Experiment, morphology: &Morphology) -> anyhow::Result<Self> {
+    pub fn new(
+        experiment: &Experiment,
+        morphology: &Morphology,
+        seed: u64,
+    ) -> anyhow::Result<Self> {
         let body = Body::new(experiment, morphology)?;
-        let sensors = sensor_layout(experiment, morphology);
+        let layout = robot_layout(experiment, morphology);
         let mut episode = Self {
             codec: Codec::new(&codec_shape(experiment, morphology))?,
-            reward: Reward::new(&experiment.reward, &sensors, morphology.locomotion_scale())?,
-            whereabouts: body.whereabouts(),
+            reward: Reward::new(&experiment.reward, &layout, seed)?,
+            state: RobotState::default(),
+            before: RobotState::default(),
             settling: (experiment.control.settle_steps, 0),
             targets: vec![0.0; morphology.actuators().len()],
             recorded: Default::default(),
             body,
         };
+        episode.body.read_state(&mut episode.state);
         if !episode.is_settling() {
             episode.begin()?;
         }
@@ -111,7 +118,7 @@ impl Episode {
     fn begin(&mut self) -> anyhow::Result<()> {
         self.codec.encode(&self.body.readings().values)?;
         self.reward.begin(self.codec.bins())?;
-        self.whereabouts = self.body.whereabouts();
+        self.body.read_state(&mut self.state);
         Ok(())
     }
 
@@ -159,23 +166,30 @@ impl Episode {
     ///
     /// # Errors
     /// A reading that can't be taken in; a reward that isn't finite.
-    pub fn judge(&mut self, updates: u64) -> anyhow::Result<Transition> {
+    pub fn judge(&mut self, updates: u64) -> anyhow::Result<Evaluation> {
         let readings = self.body.readings();
         self.codec.encode(&readings.values)?;
-        let did = self.body.step_since(&self.whereabouts, self.codec.bins());
-        let transition = Transition {
+        std::mem::swap(&mut self.before, &mut self.state);
+        self.body.read_state(&mut self.state);
+        let did = Transition {
+            before: &self.before,
+            after: &self.state,
+            bins: self.codec.bins(),
+            targets: &self.targets,
+            work_j: self.body.work_j(),
+        };
+        let evaluation = Evaluation {
             terms: self.reward.evaluate(&did, updates)?,
-            advance_m: did.advance_m,
-            heading_change_rad: did.heading_change_rad,
-            penalised_contacts: did.penalised_contacts,
+            advance_m: did.advance_m(),
+            heading_change_rad: did.heading_change_rad(),
+            penalised_contacts: did.after.penalised_contacts,
             clipped_readings: readings.n_clipped(),
         };
-        self.whereabouts = self.body.whereabouts();
         let (sensors, actions, contacts) = &mut self.recorded;
         refill(sensors, readings.values.iter().map(|&value| value as f32));
         refill(actions, self.targets.iter().map(|&target| target as f32));
-        refill(contacts, self.body.contacts());
-        Ok(transition)
+        refill(contacts, self.state.contacts.iter().map(|&touches| u8::from(touches)));
+        Ok(evaluation)
     }
 
     /// The last control step as it's recorded, with its reward's terms, `[n_terms]`.
@@ -197,10 +211,10 @@ impl Episode {
         &self.targets
     }
 
-    /// Where the robot is at the end of the last control step.
+    /// The robot at the end of the last control step.
     #[must_use]
-    pub fn whereabouts(&self) -> &Whereabouts {
-        &self.whereabouts
+    pub fn state(&self) -> &RobotState {
+        &self.state
     }
 
     /// Where it stands, to [go back](Self::go_home) to.
@@ -221,7 +235,7 @@ impl Episode {
     /// After body, codec and reward have gone back to what was saved of them after settling.
     pub(super) fn restored(&mut self) {
         self.settling.1 = self.settling.0;
-        self.whereabouts = self.body.whereabouts();
+        self.body.read_state(&mut self.state);
     }
 }
 
@@ -250,7 +264,7 @@ fn codec_shape(experiment: &Experiment, morphology: &Morphology) -> CodecShape {
 }
 
 /// What the reward is told of the model.
-pub(super) fn sensor_layout(experiment: &Experiment, morphology: &Morphology) -> SensorLayout {
+pub(super) fn robot_layout(experiment: &Experiment, morphology: &Morphology) -> RobotLayout {
     let group = |group: &svenja::Group| {
         let position =
             |(i, id): (usize, &svenja::AxisId)| group.joints.contains(&id.joint).then_some(i);
@@ -261,12 +275,31 @@ pub(super) fn sensor_layout(experiment: &Experiment, morphology: &Morphology) ->
             contacts: morphology.contacts().iter().enumerate().filter_map(contact).collect(),
         }
     };
-    SensorLayout {
+    RobotLayout {
         n_positions: morphology.sensors().len(),
         n_contacts: morphology.contacts().len(),
         n_bins: 1 << experiment.codec.sensor_bits,
         groups: morphology.groups().iter().map(group).collect(),
+        neighbours: neighbours(morphology),
+        bodies: morphology.bodies().iter().map(|body| body.name.clone()).collect(),
+        heading_body: morphology.heading().body,
+        locomotion_scale: morphology.locomotion_scale(),
     }
+}
+
+/// Pairs of positions of which one joint moves the body that the other is fixed to.
+fn neighbours(morphology: &Morphology) -> Vec<[usize; 2]> {
+    // Bodies that are fixed together have one number.
+    let mut held: Vec<usize> = (0..morphology.bodies().len()).collect();
+    for joint in morphology.joints().iter().filter(|joint| joint.axes.is_empty()) {
+        let (to, from) = (held[joint.parent], held[joint.child]);
+        held.iter_mut().filter(|it| **it == from).for_each(|it| *it = to);
+    }
+    let joint = |position: usize| &morphology.joints()[morphology.sensors()[position].joint];
+    let carries = |a: usize, b: usize| held[joint(a).child] == held[joint(b).parent];
+    let n = morphology.sensors().len();
+    let pairs = (0..n).flat_map(|a| (a + 1..n).map(move |b| [a, b]));
+    pairs.filter(|&[a, b]| carries(a, b) || carries(b, a)).collect()
 }
 
 /// What is recorded of a control step.

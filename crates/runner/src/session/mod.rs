@@ -21,9 +21,9 @@ use gpomdp::Optimiser;
 use policy::Policy;
 use svenja::Morphology;
 
-pub use body::{Body, Whereabouts};
+pub use body::Body;
 pub use codec::{Codec, CodecShape};
-pub use episode::{Episode, Transition, hold, recorded_layout};
+pub use episode::{Episode, Evaluation, hold, recorded_layout};
 pub use error::Error;
 pub use solver::Solver;
 pub use structure::build_policy;
@@ -185,7 +185,7 @@ impl Session {
     }
 
     fn row(&self) -> Row {
-        let tallies = self.actors.iter().map(|actor| (&actor.tally, actor.episode.whereabouts()));
+        let tallies = self.actors.iter().map(|actor| (&actor.tally, actor.episode.state()));
         Row {
             update: self.updates,
             control_steps: self.control_steps(),

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use policy::{Group, Policy, Structure, beside};
 use svenja::Morphology;
 
-use super::{Error, episode::sensor_layout};
+use super::{Error, episode::robot_layout};
 use crate::experiment::Experiment;
 
 /// The policy of an experiment, for the seed's random numbers. Its parameters are 0 where they come
@@ -33,7 +33,7 @@ pub(super) fn start_from(policy: &mut dyn Policy, path: &str, bytes: &[u8]) -> R
 /// The robot's bits, and which of them belong together.
 fn structure(experiment: &Experiment, morphology: &Morphology) -> Structure {
     let bits = experiment.codec.sensor_bits as usize;
-    let sensors = sensor_layout(experiment, morphology);
+    let sensors = robot_layout(experiment, morphology);
     let bits_of_positions = sensors.n_positions * bits;
     let centres: Vec<_> =
         morphology.groups().iter().map(|group| centre_m(group, morphology)).collect();

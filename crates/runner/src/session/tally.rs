@@ -1,11 +1,11 @@
 //! Sums over the control steps of an update, for its row.
 
 use nalgebra::Point3;
-use reward::Terms;
+use reward::{RobotState, Terms};
 use runs::Row;
 use serde::{Deserialize, Serialize};
 
-use super::{Transition, Whereabouts};
+use super::Evaluation;
 
 /// Sums over control steps.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -21,11 +21,11 @@ pub(super) struct Tally {
 
 impl Tally {
     /// Before the first step.
-    pub(super) fn begin(start: &Whereabouts) -> Self {
+    pub(super) fn begin(start: &RobotState) -> Self {
         Self { start: start.centre_of_gravity_m.into(), ..Self::default() }
     }
 
-    pub(super) fn add(&mut self, step: &Transition) {
+    pub(super) fn add(&mut self, step: &Evaluation) {
         for (sum, term) in self.terms.iter_mut().zip(step.terms.as_array()) {
             *sum += term;
         }
@@ -39,7 +39,7 @@ impl Tally {
 /// The row of an update of `n` control steps in each of some worlds, each with where it ended: means
 /// over all of them. What isn't known here is 0.
 pub(super) fn row<'a>(
-    worlds: impl ExactSizeIterator<Item = (&'a Tally, &'a Whereabouts)>,
+    worlds: impl ExactSizeIterator<Item = (&'a Tally, &'a RobotState)>,
     n: u64,
 ) -> Row {
     let n_worlds = worlds.len() as f64;

@@ -9,7 +9,7 @@ use config::Document;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use policy::Start;
 use proptest::prelude::*;
-use reward::Terms;
+use reward::{RobotState, Terms, Transition};
 use runs::{Checkpoint, Extent, Header};
 
 use super::{actor::Buffers, *};
@@ -127,9 +127,8 @@ fn worlds_share_the_parameters_and_nothing_else() {
     let displacements: Vec<_> = three.actors.iter().map(|actor| actor.tally.clone()).collect();
     let row = three.learn().unwrap();
     assert_eq!((row.update, row.control_steps), (1, 3 * T as u64));
-    let alone = |tally, actor: &Actor| {
-        tally::row([(tally, actor.episode.whereabouts())].into_iter(), T as u64)
-    };
+    let alone =
+        |tally, actor: &Actor| tally::row([(tally, actor.episode.state())].into_iter(), T as u64);
     let rows = displacements.iter().zip(&three.actors).map(|(tally, actor)| alone(tally, actor));
     let rows: Vec<Row> = rows.collect();
     let mean = |value: fn(&Row) -> f64| rows.iter().map(value).sum::<f64>() / 3.0;
@@ -163,7 +162,7 @@ fn a_population_evolves() {
         let theta = session.policy.parameters().to_vec();
         let mut fitness = [0.0; EVOLVING];
         session.begin_update().unwrap();
-        let place = |actor: &Actor| *actor.episode.whereabouts();
+        let place = |actor: &Actor| actor.episode.state().centre_of_gravity_m;
         start.get_or_insert(place(&session.actors[0]));
         assert!(session.actors.iter().all(|actor| Some(place(actor)) == start));
         for step in 1..=T {
@@ -420,10 +419,13 @@ fn a_heading_that_pitches_counts_less() {
     let model = model.replace("start = {", "start = { rotation_deg = [60.0, 0.0, 0.0],");
     let morphology = Morphology::parse("crawler.toml", &model).unwrap();
     let body = Body::new(&experiment, &morphology).unwrap();
-    let mut before = body.whereabouts();
+    let mut after = RobotState::default();
+    body.read_state(&mut after);
+    let mut before = after.clone();
     before.centre_of_gravity_m -= Vector3::new(0.3, 1.0, 0.2);
+    let step = Transition::between(&before, &after);
     // Single precision.
-    assert!((body.step_since(&before, &[]).advance_m - 0.5).abs() < 1e-6);
+    assert!((step.advance_m() - 0.5).abs() < 1e-6);
     for page in ["notation.md", "run-folders.md", "experiment-files.md"] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs").join(page);
         let page = std::fs::read_to_string(path).unwrap();
@@ -431,6 +433,53 @@ fn a_heading_that_pitches_counts_less() {
             page.lines().filter(|line| line.contains("displacement of the centre of gravity"));
         assert!(page.contains("pitches") && said.count() > 0, "{page}");
     }
+}
+
+/// What a task sees of the robot is what is recorded of it, and moves as it's told to.
+#[test]
+fn a_task_sees_the_robot_as_it_is_recorded() {
+    let (mut session, morphology) = session();
+    let n = morphology.bodies().len();
+    for _ in 0..30 {
+        let before = session.actors[0].episode.state().clone();
+        advance(&mut session);
+        let state = session.actors[0].episode.state();
+        let recorded = session.actors[0].episode.recorded(&[]);
+        let last_frame = &recorded.poses[recorded.poses.len() - 7 * n..];
+        for (body, pose) in state.bodies.iter().zip(last_frame.chunks(7)) {
+            let (t, q) = (body.pose.translation.vector, body.pose.rotation.coords);
+            let expected = [t.x, t.y, t.z, q.x, q.y, q.z, q.w].map(|value| value as f32);
+            assert_eq!(pose, expected);
+        }
+        let contacts: Vec<_> = recorded.contacts.iter().map(|&it| it == 1).collect();
+        assert_eq!(state.contacts, contacts);
+        assert_eq!(state.readings, session.actors[0].episode.readings().values);
+        assert_eq!(state.penalised_contacts, usize::from(contacts[2]));
+        // Ten physics steps of 0.02 s: no body is faster in the mean than it is at its fastest, which the
+        // servos' 2.5 rad/s on two arms of 0.3 m bound with a good margin.
+        for (was, is) in before.bodies.iter().zip(&state.bodies) {
+            let moved = is.pose.translation.vector - was.pose.translation.vector;
+            assert!(moved.norm() < 0.2 * 5.0 && is.linear_velocity_m_s.norm() < 5.0);
+        }
+    }
+}
+
+/// A leg's joints are a chain, fixed parts in between or not, and legs aren't beside each other.
+#[test]
+fn neighbours_are_next_to_each_other_along_a_chain() {
+    let neighbours = |model: &str| -> Vec<String> {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models").join(model);
+        let morphology = Morphology::open(&path).unwrap();
+        let (experiment, _) = crawler();
+        let layout = episode::robot_layout(&experiment, &morphology);
+        let name = |position: usize| morphology.axis_name(morphology.sensors()[position]);
+        layout.neighbours.iter().map(|&[a, b]| format!("{} - {}", name(a), name(b))).collect()
+    };
+    // Each leg: two axes of its hip with the knee, and the knee with the ankle.
+    let svenja = neighbours("svenja.toml");
+    assert_eq!(svenja.len(), 6 * 3, "{svenja:?}");
+    // Six bends in a row, of two axes each.
+    assert_eq!(neighbours("worm.toml").len(), 5 * 2 * 2);
 }
 
 /// `docs/run-folders.md` has the tensors that are written, whatever the kind and its connections, and

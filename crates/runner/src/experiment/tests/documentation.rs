@@ -11,6 +11,7 @@ use std::{
 
 use config::{Presence, Setting};
 use policy::KindSettings;
+use reward::{ExtrinsicSettings, intrinsic::IntrinsicSettings};
 
 use super::experiment;
 use crate::experiment::{Experiment, explained, known, leaves};
@@ -207,5 +208,24 @@ fn every_kind_of_policy_has_its_tensors_in_the_documentation() {
     let folders = fs::read_to_string(page("run-folders.md")).unwrap();
     for kind in KindSettings::all() {
         assert!(folders.contains(&format!("\n| `{}` | `", kind.name())), "{}", kind.name());
+    }
+}
+
+/// A quantity has one name from the reward to the label, and the page of letters has it.
+#[test]
+fn every_kind_of_reward_has_its_letter() {
+    let notation = fs::read_to_string(page("notation.md")).unwrap();
+    // R_Loc is a mean, and r_Loc,t what it's the mean of.
+    let in_a_step = |symbol: &str| match symbol.strip_prefix("R_") {
+        Some(index) => format!("\n| r_{index},t |"),
+        None => format!("\n| {symbol} |"),
+    };
+    for task in ExtrinsicSettings::all() {
+        let symbol = task.get().symbol();
+        assert!(notation.contains(&in_a_step(symbol)), "{symbol}");
+    }
+    for information in IntrinsicSettings::all() {
+        let (name, symbol) = (information.kind(), information.get().symbol());
+        assert!(name == symbol || notation.contains(&in_a_step(symbol)), "{symbol}");
     }
 }
