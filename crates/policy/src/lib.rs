@@ -8,6 +8,9 @@
 //! | [`Modular`] | a small such machine for each group (leg), which sees its own sensors, or its neighbours' too | likewise, the modules' side by side | controllers of parts |
 //! | [`Logistic`] | each bit by itself, a logistic function of the inputs | exact | the plain policy to compare with |
 //!
+//! Each kind can be learned in two codings of its units ([`Coding`], `src/centred.rs`), which are other
+//! parameters of the same policies.
+//!
 //! A [`Structure`] says what the robot's bits are and which belong together, [`PolicySettings`] is the
 //! table `policy` of an experiment file.
 //!
@@ -67,6 +70,7 @@
 
 #![forbid(unsafe_code)]
 
+mod centred;
 mod error;
 mod kinds;
 mod neighbours;
@@ -75,9 +79,10 @@ mod settings;
 mod structure;
 mod tensors;
 
+pub use centred::Link;
 pub use error::{Difference, Error};
 pub use kinds::*;
 pub use neighbours::beside;
 pub use policy::Policy;
-pub use settings::{PolicySettings, Start};
+pub use settings::{Coding, PolicySettings, Start};
 pub use structure::{Group, Inputs, Structure};

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::{Error, error::check_length};
+use crate::{Error, Link, error::check_length};
 
 /// Draws bits given bits, with probabilities that depend on parameters.
 ///
@@ -48,6 +48,10 @@ pub trait Policy: fmt::Debug + Send {
     /// # Errors
     /// If a slice's length is wrong; nothing is drawn then.
     fn act(&mut self, inputs: &[bool], outputs: &mut [bool]) -> Result<(), Error>;
+
+    /// Which weights there are, and whose biases go with them: how a policy's parameters are those of
+    /// [centred units](crate::Coding::Centred). Each weight comes once.
+    fn links(&self) -> Vec<Link>;
 
     /// Takes random numbers from the start of a named stream from now on.
     fn draw_from(&mut self, seed: u64, stream: &str);

@@ -1,11 +1,11 @@
 //! The table `policy` of an experiment file: a kind with its own keys, and the keys that all kinds
 //! share.
 
-use config::{Rule, Section, count, text, within};
+use config::{Rule, Section, count, one_of, text, within};
 use crbm::MAX_PARAMETER;
 use serde::{Serialize, Serializer};
 
-use crate::{Error, KindSettings, Policy, Structure};
+use crate::{Error, KindSettings, Policy, Structure, centred::Centred};
 
 /// Which policy acts, and what it begins with.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,8 +14,27 @@ pub struct PolicySettings {
     pub kind: KindSettings,
     /// Earlier readings that the policy sees besides the newest.
     pub memory: usize,
+    /// What the parameters count a unit that is off as.
+    pub coding: Coding,
     /// The parameters at the beginning.
     pub start: Start,
+}
+
+/// Which parameters are learned: the policies that they stand for are the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Coding {
+    /// A unit is 0 or 1.
+    #[default]
+    Binary,
+    /// A unit is -1/2 or 1/2.
+    Centred,
+}
+
+impl Coding {
+    fn is_binary(&self) -> bool {
+        *self == Self::Binary
+    }
 }
 
 /// The default of `initial_scale`.
@@ -32,7 +51,12 @@ pub enum Start {
 
 impl Default for PolicySettings {
     fn default() -> Self {
-        Self { kind: KindSettings::default(), memory: 0, start: Start::Random(INITIAL_SCALE) }
+        Self {
+            kind: KindSettings::default(),
+            memory: 0,
+            coding: Coding::Binary,
+            start: Start::Random(INITIAL_SCALE),
+        }
     }
 }
 
@@ -43,6 +67,12 @@ impl PolicySettings {
         let memory =
             count(0, 100).about("earlier readings that the policy sees besides the newest");
         let memory = section.or("memory", memory, 0);
+        let coding = one_of(&[("binary", Coding::Binary), ("centred", Coding::Centred)]).about(
+            "which parameters are learned, of the same policies: `\"binary\"`: a unit (input, hidden, \
+             output) counts 0 or 1; `\"centred\"`: -1/2 or 1/2, so that a weight's gradient is there \
+             whether its input is on or off. `policy.safetensors` has those of binary units in any case",
+        );
+        let coding = section.or("coding", coding, Coding::Binary);
         // No draw is as far out as 10 standard deviations.
         let scale = within(0.0, MAX_PARAMETER / 10.0)
             .about("standard deviation of the random parameters at the start");
@@ -63,7 +93,7 @@ impl PolicySettings {
             Some(path) => Start::File(path),
             None => Start::Random(scale),
         };
-        Some(Self { kind: kind?, memory, start })
+        Some(Self { kind: kind?, memory, coding, start })
     }
 
     /// The policy for a robot, whose [`readings`](Structure::readings) are these settings' memory
@@ -75,6 +105,9 @@ impl PolicySettings {
     pub fn build(&self, structure: &Structure, seed: u64) -> Result<Box<dyn Policy>, Error> {
         structure.check()?;
         let mut policy = self.kind.get().build(structure)?;
+        if self.coding == Coding::Centred {
+            policy = Box::new(Centred::new(policy));
+        }
         if let Start::Random(scale) = self.start {
             let n = policy.parameters().len();
             policy.set_parameters(&crbm::random_parameters(n, scale, seed, "start")?)?;
@@ -95,6 +128,8 @@ impl Serialize for PolicySettings {
             #[serde(flatten)]
             own: &'a KindSettings,
             memory: usize,
+            #[serde(skip_serializing_if = "Coding::is_binary")]
+            coding: Coding,
             #[serde(skip_serializing_if = "Option::is_none")]
             initial_scale: Option<f64>,
             #[serde(skip_serializing_if = "Option::is_none")]
@@ -107,8 +142,15 @@ impl Serialize for PolicySettings {
         let kind = self.kind.name();
         let is_default = kind == KindSettings::default().name();
         let kind = (!is_default).then_some(kind);
-        Table { kind, own: &self.kind, memory: self.memory, initial_scale, initial }
-            .serialize(serializer)
+        Table {
+            kind,
+            own: &self.kind,
+            memory: self.memory,
+            coding: self.coding,
+            initial_scale,
+            initial,
+        }
+        .serialize(serializer)
     }
 }
 
@@ -128,7 +170,8 @@ mod tests {
     fn every_kind_is_read_as_it_is_written() {
         for kind in KindSettings::all() {
             for start in [Start::Random(0.25), Start::File("/a/policy.safetensors".into())] {
-                let settings = PolicySettings { kind: kind.clone(), memory: 3, start };
+                let coding = Coding::Centred;
+                let settings = PolicySettings { kind: kind.clone(), memory: 3, coding, start };
                 let text = toml::to_string(&settings).unwrap();
                 assert_eq!(read(&text).as_ref(), Ok(&settings), "{text}");
             }
@@ -157,7 +200,7 @@ mod tests {
         assert_eq!(
             found("kind = 'logistic'\nsamples = 3\nmemory = -1"),
             "f:2:1: policy 'logistic': unknown key 'samples', expected one of 'kind', 'memory', \
-             'initial_scale', 'initial'\n\
+             'coding', 'initial_scale', 'initial'\n\
              f:3:10: policy 'logistic': memory must be a whole number from 0 to 100, got -1"
         );
         assert_eq!(

@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use super::{Build, MachineSettings};
 use crate::{
-    Error, Inputs, Policy, Structure,
+    Error, Inputs, Link, Policy, Structure,
     error::{check_length, zeros},
     policy::check_act,
     tensors::expect_same_layout,
@@ -201,6 +201,10 @@ impl Policy for Crbm {
     fn act(&mut self, inputs: &[bool], outputs: &mut [bool]) -> Result<(), Error> {
         check_act(self, inputs, outputs, None)?;
         Ok(self.machine.act(inputs, &mut self.chains, outputs)?)
+    }
+
+    fn links(&self) -> Vec<Link> {
+        super::links(self.machine.layout(), 0)
     }
 
     fn draw_from(&mut self, seed: u64, stream: &str) {

@@ -19,7 +19,7 @@ use serde::Serialize;
 
 use super::Build;
 use crate::{
-    Error, Policy, Structure,
+    Error, Link, Policy, Structure,
     error::{check_length, zeros},
     policy::check_act,
     tensors::{Tensors, expect_same_layout},
@@ -131,6 +131,12 @@ impl Policy for Logistic {
         check_act(self, inputs, outputs, None)?;
         self.draw(inputs, outputs);
         Ok(())
+    }
+
+    fn links(&self) -> Vec<Link> {
+        let n_weights = self.n_outputs * self.n_inputs;
+        let bias = |weight| Some(n_weights + weight / self.n_inputs);
+        (0..n_weights).map(|weight| Link { weight, biases: [bias(weight), None] }).collect()
     }
 
     fn draw_from(&mut self, seed: u64, stream: &str) {

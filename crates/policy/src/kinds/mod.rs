@@ -15,7 +15,7 @@ pub use self::{
     modular::{Modular, ModularSettings},
 };
 
-use crate::{Error, Policy, Structure};
+use crate::{Error, Link, Policy, Structure};
 
 /// Makes a policy of its settings.
 pub trait Build: fmt::Debug {
@@ -124,4 +124,25 @@ impl MachineSettings {
     fn sampling(&self) -> ::crbm::Sampling {
         ::crbm::Sampling { gibbs_updates: self.gibbs_updates, samples: self.samples }
     }
+}
+
+/// The links of a machine whose parameters begin at `start`.
+fn links(layout: &::crbm::Layout, start: usize) -> Vec<Link> {
+    let (m, k, n) = (layout.n_hidden(), layout.n_inputs(), layout.n_outputs());
+    let hidden_bias = |hidden| Some(start + layout.hidden_biases().start + hidden);
+    let output_bias = |output| Some(start + layout.output_biases().start + output);
+    let mut links = Vec::new();
+    for hidden in 0..m {
+        let weights = (0..k).filter_map(|input| layout.input_weight(hidden, input));
+        links.extend(
+            weights.map(|it| Link { weight: start + it, biases: [hidden_bias(hidden), None] }),
+        );
+        for output in 0..n {
+            if let Some(weight) = layout.output_weight(hidden, output) {
+                let biases = [hidden_bias(hidden), output_bias(output)];
+                links.push(Link { weight: start + weight, biases });
+            }
+        }
+    }
+    links
 }

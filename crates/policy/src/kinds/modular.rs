@@ -18,7 +18,7 @@ use serde::Serialize;
 
 use super::{Build, MachineSettings};
 use crate::{
-    Error, Inputs, Policy, Structure,
+    Error, Inputs, Link, Policy, Structure,
     error::{check_length, zeros},
     policy::check_act,
     tensors::{Tensors, expect_same_layout},
@@ -232,6 +232,11 @@ impl Policy for Modular {
     }
 
     /// Each module's chains are a stream of their own: `policy/front left`.
+    fn links(&self) -> Vec<Link> {
+        let of = |module: &Module| super::links(module.machine.layout(), module.parameters.start);
+        self.modules.iter().flat_map(of).collect()
+    }
+
     fn draw_from(&mut self, seed: u64, stream: &str) {
         for module in &mut self.modules {
             module.chains = module.machine.rng(seed, &format!("{stream}/{}", module.name));

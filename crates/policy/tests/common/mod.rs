@@ -1,8 +1,8 @@
 //! Robots, and all kinds with their variants.
 
 use policy::{
-    Connectivity, CrbmSettings, Group, Inputs, KindSettings, MachineSettings, ModularSettings,
-    Policy, PolicySettings, Start, Structure,
+    Coding, Connectivity, CrbmSettings, Group, Inputs, KindSettings, MachineSettings,
+    ModularSettings, Policy, PolicySettings, Start, Structure,
 };
 
 /// Three legs in a row with a sensor and two targets each, and a sensor that belongs to none, a bit
@@ -68,7 +68,8 @@ pub fn variants(hidden_units: usize) -> Vec<KindSettings> {
 
 /// With parameters of a standard deviation of `scale`.
 pub fn build(kind: &KindSettings, robot: &Structure, scale: f64, seed: u64) -> Box<dyn Policy> {
-    let settings = PolicySettings { kind: kind.clone(), memory: 0, start: Start::Random(scale) };
+    let (memory, coding, start) = (0, Coding::Binary, Start::Random(scale));
+    let settings = PolicySettings { kind: kind.clone(), memory, coding, start };
     settings.build(robot, seed).unwrap()
 }
 
