@@ -67,8 +67,9 @@ fn made_up(folder: &Path, sweep: &str, n_instances: u64, n_updates: u64) {
                 update,
                 control_steps: 100 * update,
                 reward: value * value,
-                information_nats: 0.2 - value,
-                locomotion_m: value,
+                intrinsic_nats: 0.2 - value,
+                advance_m: value,
+                task: value,
                 ..Row::default()
             };
             csv.serialize(row).unwrap();

@@ -1,4 +1,5 @@
-//! Close-up (the paper's figure 3): R_Loc of some settings, all instances faint, a few highlighted.
+//! Close-up (the paper's figure 3): what the run is judged by, of some settings: all instances faint, a
+//! few highlighted.
 
 use plotters::{
     element::PathElement,
@@ -6,24 +7,29 @@ use plotters::{
 };
 
 use super::{
-    Drawing, Error, Figure, Instance, Options, Results, Setting,
+    Drawing, Error, Figure, Instance, Measure, Options, Results, Setting,
     axis::{Axis, BELOW, LEFT, Panel},
     canvas::{
         Area, BLUE, GREEN, GREY, INK, NORMAL, PAGE, PURPLE, Rect, SMALL, VERMILLION, font, line,
         notes_height, paint, setting_line, stroke, wrap, write, write_notes, write_y_label,
     },
     curves::{window_for, window_means},
+    numbers::capitalised,
     outcome::choice,
     statistics::mean,
 };
 
 pub(super) const FIGURE: Figure = Figure {
     name: "close-up",
-    title: "Close-up of R_Loc",
-    caption: "Locomotion R_Loc over updates for each instance of some settings, each smoothed by \
-              means over windows; highlighted are the best, the median and the worst instance by \
-              the mean of their last window, and the one that lost most from its best window to \
-              its last.",
+    title: |measure| format!("Close-up of {}", measure.symbol),
+    caption: |measure| {
+        format!(
+            "{} over updates for each instance of some settings, each smoothed by means over \
+             windows; highlighted are the best, the median and the worst instance by the mean of \
+             their last window, and the one that lost most from its best window to its last.",
+            capitalised(&measure.name())
+        )
+    },
     draw,
     tables: |_| Vec::new(),
 };
@@ -51,7 +57,7 @@ fn draw(run: &Results, options: &Options) -> Result<Drawing, Error> {
     let settings = chosen(run, options)?;
     let n_curves: usize = settings.iter().map(|setting| setting.instances.len()).sum();
     let w = window_for(run.longest(), POINTS.min(ALL_POINTS / n_curves.max(1)).max(30));
-    let curve = |instance: &Instance| window_means(&instance.locomotion_m, w);
+    let curve = |instance: &Instance| window_means(&instance.performance, w);
     let curves: Vec<Vec<_>> =
         settings.iter().map(|setting| setting.instances.iter().map(curve).collect()).collect();
     let y = Axis::around(curves.iter().flatten().flatten().map(|point| point[1]), 8);
@@ -63,8 +69,8 @@ fn draw(run: &Results, options: &Options) -> Result<Drawing, Error> {
     let lines = |setting: &&Setting| wrap(&setting_line(&setting.name), NORMAL, width).len();
     let title = settings.iter().map(lines).max().unwrap_or(1) as f64 * TITLE_LINE + 28.0;
     let band = title + FRAME_HEIGHT + BELOW + 30.0 + 4.0 * LEGEND_LINE + 10.0;
-    let notes = [note(run, w)];
-    let caption = format!("{} {}", FIGURE.caption, notes.join(" "));
+    let notes = run.with_caveat(vec![note(run, w)]);
+    let caption = FIGURE.caption_with(run, &notes);
     paint(&FIGURE, n_bands * band + notes_height(&notes) + 14.0, caption, |area| {
         for (i, (setting, curves)) in settings.iter().zip(&curves).enumerate() {
             let (row, column) = (i / n_columns, i % n_columns);
@@ -76,7 +82,7 @@ fn draw(run: &Results, options: &Options) -> Result<Drawing, Error> {
             };
             let y_numbers = column == 0;
             let panel = Panel { frame, x: &x, y: &y, x_numbers: true, y_numbers };
-            draw_panel(area, &panel, setting, curves)?;
+            draw_panel(area, &panel, (&run.measure, setting), curves)?;
         }
         write_notes(area, n_bands * band + 8.0, &notes)
     })
@@ -88,9 +94,9 @@ fn note(run: &Results, w: usize) -> String {
         _ => format!("A point is a mean over {w} updates."),
     };
     format!(
-        "{smoothing} Highlighted by the mean R_Loc of windows of {} updates: the best, the median \
+        "{smoothing} Highlighted by the mean {} of windows of {} updates: the best, the median \
          and the worst last window, and the largest loss from the best window to the last.",
-        run.window
+        run.measure.symbol, run.window
     )
 }
 
@@ -147,7 +153,7 @@ fn highlights(setting: &Setting) -> Vec<Highlight> {
 fn draw_panel(
     area: &Area<'_>,
     panel: &Panel<'_>,
-    setting: &Setting,
+    (measure, setting): (&Measure, &Setting),
     curves: &[Vec<[f64; 2]>],
 ) -> Result<(), Error> {
     let highlights = highlights(setting);
@@ -179,7 +185,7 @@ fn draw_panel(
     let label = font(SMALL, INK, HPos::Center);
     write(area, panel.x.updates_label(), (middle, below + 10.0), &label)?;
     if panel.y_numbers {
-        write_y_label(area, frame, "R_Loc", "m per control step")?;
+        write_y_label(area, frame, &measure.symbol, &measure.axis_unit())?;
     }
     for (i, it) in highlights.iter().enumerate() {
         let y = below + 34.0 + i as f64 * LEGEND_LINE;

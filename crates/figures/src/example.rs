@@ -2,17 +2,27 @@
 
 use std::path::PathBuf;
 
-use super::{Instance, Outcome, Results, Setting};
+use super::{Instance, Measure, Outcome, Results, Setting, curves::Thinned};
 
-/// Settings with a curve of R_Loc for each instance. R is its square, R_MI its half.
+/// The paper's task.
+pub(super) fn locomotion() -> Measure {
+    Measure::of_task("locomotion", "R_Loc", "m")
+}
+
+/// Settings with a curve of R_Loc for each instance. R is its square, R_MI its half, and so are all
+/// other columns.
 pub(super) fn run_of(settings: &[(&str, Vec<Vec<f64>>)]) -> Results {
     let instance = |(i, curve): (usize, &Vec<f64>)| Instance {
         cell: format!("seed={}", i + 1),
         seed: i as u64 + 1,
         folder: PathBuf::new(),
         reward: curve.iter().map(|value| value * value).collect(),
-        information_nats: curve.iter().map(|value| value / 2.0).collect(),
-        locomotion_m: curve.clone(),
+        intrinsic_nats: curve.iter().map(|value| value / 2.0).collect(),
+        performance: curve.clone(),
+        others: runs::COLUMNS
+            .iter()
+            .map(|_| Thinned::of(curve.iter().map(|value| value / 2.0)))
+            .collect(),
         outcome: Outcome::default(),
         contacts: None,
     };
@@ -22,6 +32,7 @@ pub(super) fn run_of(settings: &[(&str, Vec<Vec<f64>>)]) -> Results {
     };
     let mut run = Results {
         folder: "run".into(),
+        measure: locomotion(),
         settings: settings.iter().map(setting).collect(),
         window: 1,
     };

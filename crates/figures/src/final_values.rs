@@ -7,7 +7,7 @@ use plotters::{
 };
 
 use super::{
-    Drawing, Error, Figure, Options, Results, Setting,
+    Drawing, Error, Figure, Measure, Options, Results, Setting,
     axis::{Axis, LEFT, Panel},
     canvas::{
         Area, BLUE, FAINT, INK, NORMAL, PAGE, Rect, SMALL, VERMILLION, fill, font, grid, line,
@@ -19,11 +19,15 @@ use super::{
 
 pub(super) const FIGURE: Figure = Figure {
     name: "final",
-    title: "What was reached",
-    caption: "Mean R_Loc of the last window: a dot for each instance, hollow if others have more \
-              updates; for each setting the interquartile mean with its 95 % interval by stratified \
-              bootstrap, and the probability that an instance of one setting has a higher R_Loc \
-              than one of another (Agarwal et al. 2021).",
+    title: |_| "What was reached".into(),
+    caption: |Measure { symbol, .. }| {
+        format!(
+            "Mean {symbol} of the last window: a dot for each instance, hollow if others have more \
+             updates; for each setting the interquartile mean with its 95 % interval by stratified \
+             bootstrap, and the probability that an instance of one setting has a higher {symbol} \
+             than one of another (Agarwal et al. 2021)."
+        )
+    },
     draw,
     tables: |run| vec![tables::instances(run), tables::settings(run), tables::improvement(run)],
 };
@@ -31,8 +35,6 @@ pub(super) const FIGURE: Figure = Figure {
 const MARGIN: f64 = 56.0;
 const TOP: f64 = 26.0;
 const FRAME_HEIGHT: f64 = 300.0;
-const MATRIX: &str =
-    "Probability that an instance of the row has a higher R_Loc than one of the column";
 const LINE: f64 = 17.0;
 /// Settings with which the matrix has its place beside the dots.
 const BESIDE: usize = 5;
@@ -67,7 +69,7 @@ struct Labels {
 fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
     let layout = Layout::of(run);
     let notes = [vec![note(run)], caveats(run)].concat();
-    let caption = format!("{} {}", FIGURE.caption, notes.join(" "));
+    let caption = FIGURE.caption_with(run, &notes);
     paint(&FIGURE, layout.bottom + notes_height(&notes) + 6.0, caption, |area| {
         draw_dots(area, run, &layout)?;
         if let Some(matrix) = layout.matrix {
@@ -145,11 +147,11 @@ fn letter(i: usize) -> String {
 
 fn note(run: &Results) -> String {
     format!(
-        "R_Loc is the mean over an instance's last {} updates. Bar: interquartile mean with its \
+        "{} is the mean over an instance's last {} updates. Bar: interquartile mean with its \
          95 % interval (percentile bootstrap). No progress: the gain over the first {} updates is \
          less than a tenth of the run's largest, or not significant (Welch's t-test, 5 %). \
          Collapsed: the best window showed progress, and the last kept less than half of its gain.",
-        run.window, run.window
+        run.measure.symbol, run.window, run.window
     )
 }
 
@@ -189,7 +191,7 @@ fn draw_dots(area: &Area<'_>, run: &Results, layout: &Layout) -> Result<(), Erro
         draw_iqm(area, middle + 0.33 * slot, py(iqm.value), ends)?;
     }
     draw_facts(area, run, frame, &layout.labels.below_dots)?;
-    write_y_label(area, frame, "R_Loc", "m per control step")
+    write_y_label(area, frame, &run.measure.symbol, &run.measure.axis_unit())
 }
 
 /// How far to move dots sideways so that they don't cover each other, in px; closer where there are
@@ -270,7 +272,11 @@ fn draw_matrix(area: &Area<'_>, run: &Results, frame: Rect, layout: &Layout) -> 
     let Layout { cell, labels, .. } = layout;
     let n_lines = labels.above_matrix.iter().map(Vec::len).max().unwrap_or(1) as f64;
     let left = frame.x - layout.names;
-    let title = wrap(MATRIX, NORMAL, PAGE - left - 10.0);
+    let title = format!(
+        "Probability that an instance of the row has a higher {} than one of the column",
+        run.measure.symbol
+    );
+    let title = wrap(&title, NORMAL, PAGE - left - 10.0);
     for (i, text) in title.iter().rev().enumerate() {
         let y = frame.y - 24.0 - n_lines * LINE - i as f64 * 19.0;
         write(area, text, (left, y), &font(NORMAL, INK, HPos::Left))?;

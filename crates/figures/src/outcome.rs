@@ -1,11 +1,11 @@
-//! What an instance came to: its first, best and last window of R_Loc, whether it made significant
-//! progress, whether it collapsed; and which instances of a setting are its best and its median.
+//! What an instance came to: its first, best and last window of what the run is judged by, whether it
+//! made significant progress, whether it collapsed; and which instances of a setting are its best and its median.
 //!
 //! The paper says that "more than half the instances did not make any significant progress" with
 //! the task's reward alone, and that "sometimes the performance drops sharply", and defines neither.
 //! Here, with the run's window of W updates and windows counted back from an instance's end:
 //!
-//! - The *gain* of a window is its mean R_Loc minus that of the instance's first W updates; G is the
+//! - The *gain* of a window is its mean minus that of the instance's first W updates; G is the
 //!   largest gain of all windows of all instances of the run.
 //! - A window shows *significant progress* if its gain is at least G/10, and larger than 0 by Welch's
 //!   one-sided t-test at 5 %. The test compares means of up to ten batches of each window, since
@@ -36,14 +36,14 @@ pub fn tenth_of(updates: u64) -> u64 {
     (updates / 10).max(1)
 }
 
-/// What an instance came to. R_Loc in metres for each control step.
+/// What an instance came to, in the unit of the run's measure for each control step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// Mean R_Loc of the first window.
+    /// The mean of the first window.
     pub first: f64,
-    /// Mean R_Loc of the best window.
+    /// The mean of the best window.
     pub best: f64,
-    /// Mean R_Loc of the last window.
+    /// The mean of the last window.
     pub last: f64,
     /// Whether it made significant progress, if that can be told.
     pub progressed: Option<bool>,
@@ -67,7 +67,7 @@ impl Outcome {
         let window = tenth_of(longest as u64) as usize;
         run.window = window;
         let gain = |instance: &Instance| {
-            let values = &instance.locomotion_m;
+            let values = &instance.performance;
             let windows = Windows::of(values, window);
             mean(&values[windows.best]) - mean(&values[windows.first])
         };
@@ -75,7 +75,7 @@ impl Outcome {
         for instance in run.settings.iter_mut().flat_map(|setting| &mut setting.instances) {
             instance.outcome = Self {
                 is_behind: instance.updates() < longest,
-                ..Self::of(&instance.locomotion_m, window, largest_gain)
+                ..Self::of(&instance.performance, window, largest_gain)
             };
         }
     }
@@ -126,7 +126,7 @@ fn batches(values: &[f64]) -> Vec<f64> {
 /// Which instances of a setting are looked at closely. Indices of its instances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Choice {
-    /// The highest last-window mean of R_Loc.
+    /// The highest last-window mean.
     pub best: usize,
     /// The second highest; none with one instance.
     pub second: Option<usize>,
@@ -141,8 +141,7 @@ pub(super) fn choice(instances: &[Instance]) -> Choice {
     Choice { best: order[0], second: order.get(1).copied(), median: order[order.len() / 2] }
 }
 
-/// The best, the second best and the median instance of each setting, by the mean R_Loc of the last
-/// window.
+/// The best, the second best and the median instance of each setting, by the mean of the last window.
 #[must_use]
 pub fn best_and_median(run: &Results) -> Vec<Choice> {
     run.settings.iter().map(|setting| choice(&setting.instances)).collect()

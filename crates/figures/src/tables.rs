@@ -5,7 +5,7 @@
 //! | `instances` | an instance: windows, progress, collapse |
 //! | `settings` | a setting: the paper's findings as numbers, IQM with its interval |
 //! | `improvement` | two settings: how probably the first is better |
-//! | `correlation` | a setting, and all: Pearson's r of R_Loc and R_MI |
+//! | `correlation` | a setting, and all: Pearson's r of what the run is judged by and R_MI |
 
 use super::{
     Instance, Results, Setting,
@@ -25,7 +25,7 @@ pub struct Table {
     /// The name of its file, without `.csv`.
     pub name: &'static str,
     /// Names of the columns, with units.
-    pub header: Vec<&'static str>,
+    pub header: Vec<String>,
     /// As in the file. A number has as few digits as give the same f64 again; what can't be told is
     /// empty.
     pub rows: Vec<Vec<String>>,
@@ -42,7 +42,7 @@ impl Table {
         let line = |fields: &mut dyn Iterator<Item = &str>| {
             fields.map(field).collect::<Vec<_>>().join(",") + "\n"
         };
-        let header = line(&mut self.header.iter().copied());
+        let header = line(&mut self.header.iter().map(String::as_str));
         let rows = self.rows.iter().map(|row| line(&mut row.iter().map(String::as_str)));
         [header].into_iter().chain(rows).collect::<String>().into_bytes()
     }
@@ -93,7 +93,7 @@ impl Estimate {
     }
 }
 
-/// What can't be told of settings with few instances, in sentences.
+/// What can't be told of settings with few instances, or of several tasks, in sentences.
 pub fn caveats(run: &Results) -> Vec<String> {
     let any = |few: fn(usize) -> bool| run.settings.iter().any(|it| few(it.instances.len()));
     let one = "One instance of a setting gives neither an interval nor a probability.";
@@ -102,7 +102,8 @@ pub fn caveats(run: &Results) -> Vec<String> {
          2^(1-n), more than 5 %, all n lie on one side of the median."
     );
     let one = any(|n| n == 1).then(|| one.to_owned());
-    one.into_iter().chain(any(|n| (2..FEWEST_FOR_INTERVAL).contains(&n)).then_some(few)).collect()
+    let few = any(|n| (2..FEWEST_FOR_INTERVAL).contains(&n)).then_some(few);
+    run.with_caveat(one.into_iter().chain(few).collect())
 }
 
 fn told(value: Option<bool>) -> String {
@@ -110,15 +111,16 @@ fn told(value: Option<bool>) -> String {
 }
 
 pub(super) fn instances(run: &Results) -> Table {
+    let of = |what| run.measure.column(what);
     let header = vec![
-        "setting",
-        "seed",
-        "updates",
-        "R_Loc_first_window_m",
-        "R_Loc_best_window_m",
-        "R_Loc_last_window_m",
-        "significant_progress",
-        "collapsed",
+        "setting".into(),
+        "seed".into(),
+        "updates".into(),
+        of("first_window"),
+        of("best_window"),
+        of("last_window"),
+        "significant_progress".into(),
+        "collapsed".into(),
     ];
     let row = |setting: &Setting, instance: &Instance| {
         let outcome = &instance.outcome;
@@ -141,19 +143,20 @@ pub(super) fn instances(run: &Results) -> Table {
 }
 
 pub(super) fn settings(run: &Results) -> Table {
+    let of = |what| run.measure.column(what);
     let header = vec![
-        "setting",
-        "instances",
-        "instances_behind",
-        "window_updates",
-        "R_Loc_maximum_m",
-        "R_Loc_mean_m",
-        "R_Loc_median_m",
-        "R_Loc_IQM_m",
-        "R_Loc_IQM_low_m",
-        "R_Loc_IQM_high_m",
-        "share_without_significant_progress",
-        "share_collapsed",
+        "setting".into(),
+        "instances".into(),
+        "instances_behind".into(),
+        "window_updates".into(),
+        of("maximum"),
+        of("mean"),
+        of("median"),
+        of("IQM"),
+        of("IQM_low"),
+        of("IQM_high"),
+        "share_without_significant_progress".into(),
+        "share_collapsed".into(),
     ];
     let row = |setting: &Setting| {
         let values = sorted(&setting.last());
@@ -183,7 +186,7 @@ pub(super) fn share(setting: &Setting, of: fn(&Instance) -> Option<bool>) -> f64
     told.iter().filter(|&&it| it).count() as f64 / told.len() as f64
 }
 
-/// The interquartile mean of the last window's R_Loc over a setting's instances.
+/// The interquartile mean of the last windows of a setting's instances.
 pub(super) fn iqm(setting: &Setting) -> Estimate {
     Estimate::of([&setting.last()], IQM_REPLICATES, |[values]| interquartile_mean(values))
 }
@@ -203,7 +206,7 @@ pub(super) fn improvement_of(settings: &[Setting], i: usize, j: usize) -> Option
 }
 
 pub(super) fn improvement(run: &Results) -> Table {
-    let header = vec!["setting", "over", "probability", "low", "high"];
+    let header = ["setting", "over", "probability", "low", "high"].map(str::to_owned).into();
     let settings = &run.settings;
     let pairs = (0..settings.len())
         .flat_map(|i| (0..settings.len()).map(move |j| (i, j)))
@@ -215,16 +218,17 @@ pub(super) fn improvement(run: &Results) -> Table {
     Table { name: "improvement", header, rows: pairs.map(row).collect() }
 }
 
-/// Pearson's r of R_Loc and R_MI over all updates of some settings' instances.
+/// Pearson's r of what the run is judged by and R_MI, over all updates of some settings' instances.
 pub(super) fn correlation_of(settings: &[Setting]) -> Option<f64> {
     let instances = settings.iter().flat_map(|setting| &setting.instances);
     pearson(instances.flat_map(|instance| {
-        instance.locomotion_m.iter().copied().zip(instance.information_nats.iter().copied())
+        instance.performance.iter().copied().zip(instance.intrinsic_nats.iter().copied())
     }))
 }
 
 pub(super) fn correlation(run: &Results) -> Table {
-    let header = vec!["setting", "updates", "pearson_R_Loc_R_MI"];
+    let r = format!("pearson_{}_R_MI", run.measure.symbol);
+    let header = vec!["setting".into(), "updates".into(), r];
     let row = |name: &str, settings: &[Setting]| {
         let instances = settings.iter().flat_map(|setting| &setting.instances);
         let updates: usize = instances.map(Instance::updates).sum();

@@ -41,14 +41,14 @@ impl Tally {
     /// Means over `n` steps that ended here; what isn't known here is 0.
     pub(super) fn row(&self, end: &Whereabouts, n: u64) -> Row {
         let n = n as f64;
-        let [reward, _raw, extrinsic, nats, nats_corrected, intrinsic, penalty, xi] =
+        let [reward, task, extrinsic, nats, nats_corrected, intrinsic, penalty, xi] =
             self.terms.map(|sum| sum / n);
         Row {
             reward,
-            information_nats: nats,
-            information_miller_madow_nats: nats_corrected,
-            information: intrinsic,
-            locomotion_m: self.advance_m / n,
+            intrinsic_nats: nats,
+            intrinsic_nats_corrected: nats_corrected,
+            intrinsic,
+            advance_m: self.advance_m / n,
             extrinsic,
             penalty,
             xi,
@@ -57,6 +57,7 @@ impl Tally {
             penalised_contacts: self.penalised_contacts,
             clipped_readings: self.clipped_readings,
             gradient_norm: self.gradient_norm,
+            task,
             ..Row::default()
         }
     }

@@ -196,8 +196,8 @@ fn rewards_are_what_the_record_makes_them() {
 
     for (row, terms) in rows.iter().zip(record.terms.chunks(8 * T)) {
         let mean = |term: usize| terms.chunks(8).map(|it| it[term]).sum::<f64>() / T as f64;
-        assert_eq!((row.reward, row.locomotion_m), (mean(0), mean(1)));
-        assert_eq!((row.information_nats, row.information), (mean(3), mean(5)));
+        assert_eq!((row.reward, row.advance_m), (mean(0), mean(1)));
+        assert_eq!((row.intrinsic_nats, row.intrinsic), (mean(3), mean(5)));
         assert_eq!(row.control_steps, row.update * T as u64);
     }
 }
