@@ -15,7 +15,8 @@ use runner::experiment::Plan;
 use runs::{Bullet, Cell, NewRun, Precision, Row, Run, header_line};
 use tempfile::TempDir;
 
-const FIGURES: [&str; 6] = ["robot", "learning-curves", "close-up", "feet", "scatter", "final"];
+const FIGURES: [&str; 7] =
+    ["robot", "learning-curves", "close-up", "feet", "scatter", "final", "health"];
 /// A sweep of one setting, `xi=1`.
 const XI_1: &str = "\"reward.mix.xi\" = [1]";
 const TABLES: [&str; 4] = ["correlation", "improvement", "instances", "settings"];

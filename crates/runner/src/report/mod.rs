@@ -11,7 +11,7 @@ mod tables;
 use std::path::Path;
 
 use base64::{Engine, engine::general_purpose::STANDARD};
-use figures::{Drawing, FIGURES, Figure, Measure, Omitted, Options, Results};
+use figures::{Drawing, FIGURES, Measure, Omitted, Options, Results};
 use maud::{Markup, html};
 use runs::CellStatus;
 use scenes::{

@@ -13,8 +13,8 @@ pub(super) fn all(results: &Results) -> Markup {
     html! {
         @for table in &tables {
             @match place(table).map(|place| ABOUT[place]) {
-                Some((_, title, false)) => { h3 { (title) } (one(table, measure)) }
-                Some((_, title, true)) => { details { summary { (title) } (one(table, measure)) } }
+                Some((_, title, false)) => { h3 { (title(measure)) } (one(table, measure)) }
+                Some((_, title, true)) => { details { summary { (title(measure)) } (one(table, measure)) } }
                 None => { h3 { (table.name) } (one(table, measure)) }
             }
         }
@@ -28,12 +28,14 @@ pub(super) fn all(results: &Results) -> Markup {
 }
 
 /// Tables in their order here: name, heading, whether it's folded.
-const ABOUT: [(&str, &str, bool); 4] = [
-    ("settings", "Settings", false),
-    ("improvement", "How probably one setting does better than another", false),
-    ("correlation", "Correlation with R_MI", false),
-    ("instances", "Every instance", true),
+const ABOUT: [About; 4] = [
+    ("settings", |_| "Settings".into(), false),
+    ("improvement", |_| "How probably one setting does better than another".into(), false),
+    ("correlation", |measure| format!("Correlation of {} and R_MI", measure.symbol), false),
+    ("instances", |_| "Every instance".into(), true),
 ];
+
+type About = (&'static str, fn(&Measure) -> String, bool);
 
 fn one(table: &Table, measure: &Measure) -> Markup {
     let is_number = |text: &str| text.is_empty() || text.parse::<f64>().is_ok();
