@@ -1,5 +1,5 @@
 //! Curves as they are drawn: means over windows, which smooth and thin in one, and the spread of the
-//! instances around each other.
+//! cells around each other.
 
 use super::statistics::{mean, quantile, sorted};
 
@@ -26,7 +26,7 @@ pub(super) fn window_for(longest: usize, most_points: usize) -> usize {
 /// Windows that a [`Thinned`] column has at most.
 const KEPT: usize = 256;
 
-/// A column so thin that all of them can be kept of all instances: means over windows. Their length is
+/// A column so thin that all of them can be kept of all cells: means over windows. Their length is
 /// a power of two, so that columns of any length can be drawn over the same windows.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Thinned {
@@ -62,7 +62,7 @@ impl Thinned {
     }
 }
 
-/// What the instances of a setting do at one time.
+/// What the cells of a setting do at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Spread {
     /// The update in the window's middle.

@@ -2,24 +2,24 @@
 
 use std::path::PathBuf;
 
-use super::{Instance, Measure, Outcome, Results, Setting, curves::Thinned};
+use super::{CellResults, Measure, Outcome, Results, Setting, curves::Thinned};
 
 /// The paper's task.
 pub(super) fn locomotion() -> Measure {
     Measure::of_task("locomotion", "R_Loc", "m")
 }
 
-/// Settings with a curve of R_Loc for each instance. R is its square, R_MI its half, and so are all
+/// Settings with a curve of R_Loc for each cell. R is its square, R_MI its half, and so are all
 /// other columns.
 pub(super) fn run_of(settings: &[(&str, Vec<Vec<f64>>)]) -> Results {
-    let instance = |(i, curve): (usize, &Vec<f64>)| Instance {
-        cell: format!("seed={}", i + 1),
+    let cell = |(i, curve): (usize, &Vec<f64>)| CellResults {
+        name: format!("seed={}", i + 1),
         seed: i as u64 + 1,
         folder: PathBuf::new(),
         reward: curve.iter().map(|value| value * value).collect(),
         intrinsic_nats: curve.iter().map(|value| value / 2.0).collect(),
         performance: curve.clone(),
-        others: runs::COLUMNS
+        columns: runs::COLUMNS
             .iter()
             .map(|_| Thinned::of(curve.iter().map(|value| value / 2.0)))
             .collect(),
@@ -28,7 +28,7 @@ pub(super) fn run_of(settings: &[(&str, Vec<Vec<f64>>)]) -> Results {
     };
     let setting = |(name, curves): &(&str, Vec<Vec<f64>>)| Setting {
         name: (*name).into(),
-        instances: curves.iter().enumerate().map(instance).collect(),
+        cells: curves.iter().enumerate().map(cell).collect(),
     };
     let mut run = Results {
         folder: "run".into(),

@@ -1,10 +1,10 @@
-//! Feet (the paper's figure 4): which foot touched the ground when, for two instances of each
+//! Feet (the paper's figure 4): which foot touched the ground when, for two cells of each
 //! setting.
 
 use plotters::style::{RGBColor, text_anchor::HPos};
 
 use super::{
-    Choice, Contacts, Drawing, Error, Figure, Instance, Measure, Options, Results, Setting,
+    CellResults, Choice, Contacts, Drawing, Error, Figure, Measure, Options, Results, Setting,
     axis::Axis,
     best_and_median,
     canvas::{
@@ -18,8 +18,8 @@ pub(super) const FIGURE: Figure = Figure {
     title: |_| "Feet on the ground".into(),
     caption: |measure| {
         format!(
-            "Contacts of the feet in the last control steps of two instances of each setting, light \
-             where a foot touches the ground; instances are chosen by the mean {} of their last \
+            "Contacts of the feet in the last control steps of two cells of each setting, light \
+             where a foot touches the ground; cells are chosen by the mean {} of their last \
              window.",
             measure.symbol
         )
@@ -95,14 +95,14 @@ fn rasters<'a>(
     let second = match (two_best, choice.second) {
         (true, second) => second.map(|it| (it, "second best")),
         (false, Some(_)) => Some((choice.median, "median")),
-        // One instance is both.
+        // One cell is both.
         (false, None) => None,
     };
     let raster = |(index, why): (usize, &str)| {
-        let instance: &Instance = &setting.instances[index];
-        let Instance { seed, outcome, .. } = instance;
+        let cell: &CellResults = &setting.cells[index];
+        let CellResults { seed, outcome, .. } = cell;
         let title = format!("{why}: seed {seed}, {} {:.4}", measure.symbol, outcome.last);
-        Raster { contacts: instance.contacts.as_ref(), title: title.replace('-', "−") }
+        Raster { contacts: cell.contacts.as_ref(), title: title.replace('-', "−") }
     };
     [Some((choice.best, "best")), second].into_iter().flatten().map(raster).collect()
 }
@@ -118,7 +118,7 @@ fn duration(shown: &[&Contacts]) -> Option<f64> {
 
 fn why_nothing(recorded: Option<&Contacts>) -> String {
     match recorded {
-        None => "the chosen instances have no replay.safetensors yet; it comes with a checkpoint",
+        None => "the chosen cells have no replay.safetensors yet; it comes with a checkpoint",
         Some(contacts) if contacts.feet.is_empty() => "the robot has no contact sensors",
         Some(_) => "no control steps were recorded (record.steps of the experiment is 0)",
     }
@@ -127,7 +127,7 @@ fn why_nothing(recorded: Option<&Contacts>) -> String {
 
 fn notes(run: &Results, shown: &[&Contacts]) -> Vec<String> {
     let windows = format!(
-        "Light: contact. Instances are chosen by their mean {}, in {}, over their last {} updates.",
+        "Light: contact. Cells are chosen by their mean {}, in {}, over their last {} updates.",
         run.measure.symbol,
         run.measure.axis_unit(),
         run.window
@@ -249,11 +249,11 @@ mod tests {
     fn a_run_without_feet_says_so() {
         let mut run = run_of(&[("a", vec![vec![1.0; 20]])]);
         let why = |run: &Results| draw(run, &Options::default()).unwrap_err().to_string();
-        assert!(why(&run).starts_with("feet: the chosen instances have no replay.safetensors yet"));
+        assert!(why(&run).starts_with("feet: the chosen cells have no replay.safetensors yet"));
         let none = Contacts { feet: vec![], ..contacts(0, 0.1) };
-        run.settings[0].instances[0].contacts = Some(none);
+        run.settings[0].cells[0].contacts = Some(none);
         assert_eq!(why(&run), "feet: the robot has no contact sensors");
-        run.settings[0].instances[0].contacts = Some(contacts(0, 0.1));
+        run.settings[0].cells[0].contacts = Some(contacts(0, 0.1));
         assert!(why(&run).contains("record.steps"));
     }
 

@@ -23,7 +23,7 @@ pub(super) const FIGURE: Figure = Figure {
     title: |_| "How training goes".into(),
     caption: |_| {
         "All other columns of the metrics over updates: for each setting the median of its \
-         instances, and shaded what lies between the lowest and the highest."
+         cells, and shaded what lies between the lowest and the highest."
             .into()
     },
     draw,
@@ -82,14 +82,14 @@ fn frame(i: usize) -> Rect {
 /// The window of all curves: a power of two that isn't below that of any column.
 fn window(run: &Results) -> usize {
     let most_points = POINTS.min(ALL_POINTS / run.settings.len()).max(16);
-    let kept = run.instances().flat_map(|it| &it.others).map(Thinned::window).max().unwrap_or(1);
+    let kept = run.cells().flat_map(|it| &it.columns).map(Thinned::window).max().unwrap_or(1);
     run.longest().div_ceil(most_points).next_power_of_two().max(kept)
 }
 
 /// What the other figures don't show, where anything is known of it.
 fn quantities(run: &Results, w: usize) -> Vec<Quantity> {
     let spread = |place: usize, setting: &Setting| {
-        let curves = setting.instances.iter().map(|it| it.others[place].over(w));
+        let curves = setting.cells.iter().map(|it| it.columns[place].over(w));
         spreads(&curves.collect::<Vec<_>>(), EXTREMES)
     };
     let quantity = |(place, column): (usize, &'static Column)| Quantity {
@@ -108,10 +108,13 @@ fn is_other(name: &str, measure: &Measure) -> bool {
 }
 
 fn note(w: usize) -> String {
-    match w {
+    let smoothing = match w {
         1 => "Nothing is smoothed: each point is an update.".into(),
-        _ => format!("Each instance is smoothed first: a point is its mean over {w} updates."),
-    }
+        _ => format!("Each cell is smoothed first: a point is its mean over {w} updates."),
+    };
+    format!(
+        "Line: median of a setting's cells; shaded: from the lowest to the highest. {smoothing}"
+    )
 }
 
 fn draw_panel(
@@ -128,7 +131,7 @@ fn draw_panel(
     let room = constant.map_or(0.0, |it| it.abs().max(1.0));
     let y = Axis::around([low - room, high + room].into_iter(), 5);
     let x = Axis::updates(run.longest(), frame.width);
-    let panel = Panel { frame, x: &x, y: &y, x_numbers: true, y_numbers: true };
+    let panel = Panel { frame, x: &x, y: &y, x_numbers: true, y_numbers: constant.is_none() };
     panel.draw(area, |chart| {
         for (i, curve) in curves.iter().enumerate() {
             draw_curve(chart, curve, viridis(i, curves.len()))?;
@@ -219,7 +222,7 @@ mod tests {
     fn a_column_of_which_nothing_is_known_is_not_shown() {
         let mut run = run_of(&[("a", vec![vec![1.0, 2.0]])]);
         let place = COLUMNS.iter().position(|it| it.name == "gradient_norm").unwrap();
-        run.settings[0].instances[0].others[place].fill(f64::NAN);
+        run.settings[0].cells[0].columns[place].fill(f64::NAN);
         assert!(!shown(&run).contains(&"gradient_norm"));
         let drawn = draw(&run, &Options::default()).unwrap();
         assert!(!drawn.svg.contains("norm of the gradient") && !drawn.svg.contains("NaN"));

@@ -7,7 +7,7 @@ use plotters::{
 };
 
 use super::{
-    Drawing, Error, Figure, Instance, Measure, Options, Results, Setting,
+    CellResults, Drawing, Error, Figure, Measure, Options, Results, Setting,
     axis::{Axis, BELOW, Chart, LEFT, Panel},
     canvas::{
         Area, BLUE, GREEN, INK, NORMAL, PAGE, Rect, SMALL, VERMILLION, fill, font, line,
@@ -22,7 +22,7 @@ pub(super) const FIGURE: Figure = Figure {
     caption: |measure| {
         format!(
             "Reward R, mutual information R_MI and {} over updates for each setting: quartiles, the \
-             middle half and the mean of its instances, each smoothed by means over windows.",
+             middle half and the mean of its cells, each smoothed by means over windows.",
             measure.name()
         )
     },
@@ -46,7 +46,7 @@ struct Quantity {
     label: String,
     unit: String,
     color: RGBColor,
-    column: fn(&Instance) -> &[f64],
+    column: fn(&CellResults) -> &[f64],
     /// Whether all settings have it in the same unit, and so the same axis.
     is_shared: bool,
 }
@@ -57,21 +57,21 @@ fn quantities(measure: &Measure) -> [Quantity; 3] {
             label: "R".into(),
             unit: "reward".into(),
             color: GREEN,
-            column: |instance| &instance.reward,
+            column: |cell| &cell.reward,
             is_shared: false,
         },
         Quantity {
             label: "R_MI".into(),
             unit: "nats per variable".into(),
             color: VERMILLION,
-            column: |instance| &instance.intrinsic_nats,
+            column: |cell| &cell.intrinsic_nats,
             is_shared: true,
         },
         Quantity {
             label: measure.symbol.clone(),
             unit: measure.axis_unit(),
             color: BLUE,
-            column: |instance| &instance.performance,
+            column: |cell| &cell.performance,
             is_shared: true,
         },
     ]
@@ -91,7 +91,7 @@ fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
         .iter()
         .map(|quantity| {
             let of_setting = |setting: &Setting| {
-                let columns = setting.instances.iter().map(quantity.column);
+                let columns = setting.cells.iter().map(quantity.column);
                 spreads(&columns.map(|it| window_means(it, w)).collect::<Vec<_>>(), QUARTILES)
             };
             run.settings.iter().map(of_setting).collect()
@@ -115,10 +115,10 @@ fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
 fn note(w: usize) -> String {
     let smoothing = match w {
         1 => "Nothing is smoothed: each point is an update.".to_owned(),
-        _ => format!("Each instance is smoothed first: a point is its mean over {w} updates."),
+        _ => format!("Each cell is smoothed first: a point is its mean over {w} updates."),
     };
     format!(
-        "{smoothing} At each point the instances count that have come so far. R has an axis of its \
+        "{smoothing} At each point the cells count that have come so far. R has an axis of its \
          own for each setting, which rewards something else."
     )
 }
@@ -179,7 +179,7 @@ fn draw_row(
         if is_first {
             write_y_label(area, frame, &quantity.label, &quantity.unit)?;
         }
-        let n = format!("n = {}", setting.instances.len());
+        let n = format!("n = {}", setting.cells.len());
         let at = (frame.right(), frame.y - 10.0);
         write(area, &n, at, &font(SMALL, INK, HPos::Right))?;
         if row == 0 {
@@ -219,7 +219,7 @@ fn draw_spreads(chart: &mut Chart<'_, '_>, curve: &[Spread], color: RGBColor) ->
 fn draw_legend(area: &Area<'_>, y: f64) -> Result<(), Error> {
     let mut x = 10.0;
     let [mean, middle, thin] =
-        ["mean", "middle half of the instances", "first quartile, median, third quartile"];
+        ["mean", "middle half of the cells", "first quartile, median, third quartile"];
     for (text, style) in
         [(mean, Some(stroke(BLUE, 2.5))), (middle, None), (thin, Some(stroke(INK.mix(0.75), 0.8)))]
     {

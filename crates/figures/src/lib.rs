@@ -4,9 +4,9 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `results.rs`, `contacts.rs` | [`Results`]: a run folder as plain data: settings, instances, columns |
-//! | `measure.rs` | [`Measure`]: what instances are judged by: the task's own value |
-//! | `outcome.rs` | [`Outcome`]: what an instance came to; the best and the median one |
+//! | `results.rs`, `contacts.rs` | [`Results`]: a run folder as plain data: settings, cells, columns |
+//! | `measure.rs` | [`Measure`]: what cells are judged by: the task's own value |
+//! | `outcome.rs` | [`Outcome`]: what a cell came to; the best and the median one |
 //! | [`statistics`] | quartiles, interquartile mean, bootstrap, correlation |
 //! | `tables.rs` | [`Table`]: the numbers beside the figures |
 //! | `curves.rs`, `numbers.rs` | smoothing, quartiles over time; numbers as people read them |
@@ -63,7 +63,7 @@ pub use measure::Measure;
 pub use numbers::grouped;
 pub use outcome::{Choice, Outcome, best_and_median, tenth_of};
 pub use plain::plain;
-pub use results::{Instance, Omitted, Results, Setting};
+pub use results::{CellResults, Omitted, Results, Setting};
 pub use tables::Table;
 pub use tables::caveats;
 
@@ -97,7 +97,7 @@ pub struct Options {
     /// The settings of `close-up`; empty: the one with the highest mean of the last window, and
     /// the last one of the sweep.
     pub settings: Vec<String>,
-    /// Whether `feet` shows the two best instances of a setting in place of the best and the median.
+    /// Whether `feet` shows the two best cells of a setting in place of the best and the median.
     pub two_best: bool,
 }
 
@@ -232,7 +232,7 @@ mod tests {
     use example::{locomotion, run_of};
 
     /// Made-up curves that differ and have up to `n` updates.
-    fn made_up(n_settings: usize, n_instances: usize, n: usize) -> Results {
+    fn made_up(n_settings: usize, n_cells: usize, n: usize) -> Results {
         let curve = |i: usize, j: usize| -> Vec<f64> {
             let n = if j % 3 == 2 { n.div_ceil(2) } else { n };
             (0..n).map(|t| ((1 + i + j) * (1 + t) % 97) as f64 * 1e-3).collect()
@@ -241,11 +241,11 @@ mod tests {
         let settings: Vec<_> = names
             .iter()
             .enumerate()
-            .map(|(i, name)| (name.as_str(), (0..n_instances).map(|j| curve(i, j)).collect()))
+            .map(|(i, name)| (name.as_str(), (0..n_cells).map(|j| curve(i, j)).collect()))
             .collect();
         let mut run = run_of(&settings);
-        for instance in run.settings.iter_mut().flat_map(|setting| &mut setting.instances) {
-            instance.contacts = Some(Contacts {
+        for cell in run.settings.iter_mut().flat_map(|setting| &mut setting.cells) {
+            cell.contacts = Some(Contacts {
                 feet: vec!["left <foot>".into(), "right foot".into()],
                 seconds_per_step: 0.1,
                 touching: (0..500).map(|i| i * i % 7 < 3).collect(),
@@ -259,16 +259,16 @@ mod tests {
         figure.name != robot::FIGURE.name
     }
 
-    /// The contract of every figure: any number of settings, instances and updates gives a small
+    /// The contract of every figure: any number of settings, cells and updates gives a small
     /// SVG of the size that it says, the same one each time.
     #[test]
     fn every_figure_draws_any_run() {
-        for (n_settings, n_instances, n) in
+        for (n_settings, n_cells, n) in
             [(1, 1, 1), (1, 2, 2), (7, 3, 40), (12, 30, 500), (40, 1, 9)]
         {
-            let run = made_up(n_settings, n_instances, n);
+            let run = made_up(n_settings, n_cells, n);
             for figure in FIGURES.iter().filter(of_numbers) {
-                let what = format!("{} of {n_settings} x {n_instances} x {n}", figure.name);
+                let what = format!("{} of {n_settings} x {n_cells} x {n}", figure.name);
                 let drawing = draw(&run, figure, &Options::default()).unwrap();
                 let document = resvg::usvg::roxmltree::Document::parse(&drawing.svg).expect(&what);
                 let root = document.root_element();
@@ -293,11 +293,11 @@ mod tests {
     fn numbers_of_any_size_are_drawn() {
         for value in [0.0, 1e100, -1e100, 1e-300, f64::MIN_POSITIVE] {
             let mut run = made_up(2, 2, 30);
-            for instance in run.settings.iter_mut().flat_map(|setting| &mut setting.instances) {
-                instance.performance.fill(value);
-                instance.others.iter_mut().for_each(|it| it.fill(value));
-                instance.intrinsic_nats[7] = value;
-                instance.reward[7] = -value;
+            for cell in run.settings.iter_mut().flat_map(|setting| &mut setting.cells) {
+                cell.performance.fill(value);
+                cell.columns.iter_mut().for_each(|it| it.fill(value));
+                cell.intrinsic_nats[7] = value;
+                cell.reward[7] = -value;
             }
             Outcome::judge(&mut run);
             for figure in FIGURES.iter().filter(of_numbers) {

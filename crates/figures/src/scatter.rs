@@ -1,5 +1,5 @@
 //! Scatter (a figure of the paper's supplement): R_MI over what the run is judged by, a sliding-window
-//! curve for each instance, and how the two correlate.
+//! curve for each cell, and how the two correlate.
 
 use plotters::{
     element::{Circle, PathElement},
@@ -7,7 +7,7 @@ use plotters::{
 };
 
 use super::{
-    Drawing, Error, Figure, Instance, Measure, Options, Results, Setting,
+    CellResults, Drawing, Error, Figure, Measure, Options, Results, Setting,
     axis::{Axis, BELOW, LEFT, Panel},
     canvas::{
         Area, INK, NORMAL, PAGE, Rect, SMALL, VIRIDIS, font, grid, notes_height, paint,
@@ -23,9 +23,9 @@ pub(super) const FIGURE: Figure = Figure {
     title: |measure| format!("R_MI against {}", measure.symbol),
     caption: |measure| {
         format!(
-            "Mutual information R_MI against {}: a curve for each instance, of means over a sliding \
+            "Mutual information R_MI against {}: a curve for each cell, of means over a sliding \
              window, with a dot where it stands now; r is Pearson's correlation over the single \
-             updates of all instances.",
+             updates of all cells.",
             measure.name()
         )
     },
@@ -33,7 +33,7 @@ pub(super) const FIGURE: Figure = Figure {
     tables: |run| vec![tables::correlation(run)],
 };
 
-/// The window is this part of the longest instance.
+/// The window is this part of the longest cell.
 const WINDOWS: usize = 20;
 /// Points of a curve, and of all curves together: so many that a file stays small.
 const POINTS: usize = 80;
@@ -46,14 +46,14 @@ const GAP: f64 = 12.0;
 
 fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
     let w = (run.longest() / WINDOWS).max(1);
-    let step = run.longest().div_ceil(POINTS.min(ALL_POINTS / run.instances().count()).max(10));
-    let curve = |instance: &Instance| -> Vec<(f64, f64)> {
+    let step = run.longest().div_ceil(POINTS.min(ALL_POINTS / run.cells().count()).max(10));
+    let curve = |cell: &CellResults| -> Vec<(f64, f64)> {
         let column = |values: &[f64]| sliding_means(values, w, step);
-        let pairs = column(&instance.performance).into_iter().zip(column(&instance.intrinsic_nats));
+        let pairs = column(&cell.performance).into_iter().zip(column(&cell.intrinsic_nats));
         pairs.map(|([_, x], [_, y])| (x, y)).collect()
     };
     let curves: Vec<Vec<_>> =
-        run.settings.iter().map(|it| it.instances.iter().map(curve).collect()).collect();
+        run.settings.iter().map(|it| it.cells.iter().map(curve).collect()).collect();
     let points = || curves.iter().flatten().flatten();
 
     let n = run.settings.len();
@@ -95,10 +95,10 @@ fn correlation(settings: &[Setting]) -> String {
 }
 
 fn note(run: &Results, w: usize) -> String {
-    let n: usize = run.instances().map(Instance::updates).sum();
+    let n: usize = run.cells().map(CellResults::updates).sum();
     format!(
-        "Over all {} updates of all instances Pearson's {}. Curves are means over a sliding \
-         window of {w} {}, one for each instance, in a colour of its own; the dot is its end.",
+        "Over all {} updates of all cells Pearson's {}. Curves are means over a sliding \
+         window of {w} {}, one for each cell, in a colour of its own; the dot is its end.",
         grouped(n as u64),
         correlation(&run.settings),
         if w == 1 { "update" } else { "updates" }
@@ -111,7 +111,7 @@ fn draw_panel(
     (measure, setting): (&Measure, &Setting),
     curves: &[Vec<(f64, f64)>],
 ) -> Result<(), Error> {
-    // From early to late instances of the setting.
+    // From early to late cells of the setting.
     let color = |i: usize| VIRIDIS[i * VIRIDIS.len() / curves.len()];
     panel.draw(area, |chart| {
         for (i, curve) in curves.iter().enumerate() {

@@ -2,13 +2,13 @@
 //!
 //! | table | a row |
 //! |---|---|
-//! | `instances` | an instance: windows, progress, collapse |
+//! | `instances` | a cell: windows, progress, collapse |
 //! | `settings` | a setting: the paper's findings as numbers, IQM with its interval |
 //! | `improvement` | two settings: how probably the first is better |
 //! | `correlation` | a setting, and all: Pearson's r of what the run is judged by and R_MI |
 
 use super::{
-    Instance, Results, Setting,
+    CellResults, Results, Setting,
     statistics::{
         FEWEST_FOR_INTERVAL, Interval, bootstrap, interquartile_mean, mean, pearson,
         probability_of_improvement, quantile, sorted,
@@ -52,7 +52,7 @@ fn number(value: f64) -> String {
     if value.is_finite() { format!("{value:?}") } else { String::new() }
 }
 
-/// A statistic of some instances, with its interval if they are enough for one.
+/// A statistic of some cells, with its interval if they are enough for one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Estimate {
     pub(super) value: f64,
@@ -60,7 +60,7 @@ pub(super) struct Estimate {
 }
 
 impl Estimate {
-    /// Of some strata of instances.
+    /// Of some strata of cells.
     fn of<const N: usize>(
         strata: [&[f64]; N],
         n_replicates: usize,
@@ -84,7 +84,7 @@ impl Estimate {
     }
 
     /// Value, lower end, upper end.
-    fn cells(this: Option<Self>) -> [String; 3] {
+    fn fields(this: Option<Self>) -> [String; 3] {
         let end = |of: fn(Interval) -> f64| {
             this.and_then(|it| it.interval).map_or(String::new(), |it| number(of(it)))
         };
@@ -93,12 +93,12 @@ impl Estimate {
     }
 }
 
-/// What can't be told of settings with few instances, or of several tasks, in sentences.
+/// What can't be told of settings with few cells, or of several tasks, in sentences.
 pub fn caveats(run: &Results) -> Vec<String> {
-    let any = |few: fn(usize) -> bool| run.settings.iter().any(|it| few(it.instances.len()));
-    let one = "One instance of a setting gives neither an interval nor a probability.";
+    let any = |few: fn(usize) -> bool| run.settings.iter().any(|it| few(it.cells.len()));
+    let one = "One cell of a setting gives neither an interval nor a probability.";
     let few = format!(
-        "Fewer than {FEWEST_FOR_INTERVAL} instances give no 95 % interval: with a probability of \
+        "Fewer than {FEWEST_FOR_INTERVAL} cells give no 95 % interval: with a probability of \
          2^(1-n), more than 5 %, all n lie on one side of the median."
     );
     let one = any(|n| n == 1).then(|| one.to_owned());
@@ -110,7 +110,7 @@ fn told(value: Option<bool>) -> String {
     value.map_or(String::new(), |value| value.to_string())
 }
 
-pub(super) fn instances(run: &Results) -> Table {
+pub(super) fn cells(run: &Results) -> Table {
     let of = |what| run.measure.column(what);
     let header = vec![
         "setting".into(),
@@ -122,12 +122,12 @@ pub(super) fn instances(run: &Results) -> Table {
         "significant_progress".into(),
         "collapsed".into(),
     ];
-    let row = |setting: &Setting, instance: &Instance| {
-        let outcome = &instance.outcome;
+    let row = |setting: &Setting, cell: &CellResults| {
+        let outcome = &cell.outcome;
         vec![
             setting.name.clone(),
-            instance.seed.to_string(),
-            instance.updates().to_string(),
+            cell.seed.to_string(),
+            cell.updates().to_string(),
             number(outcome.first),
             number(outcome.best),
             number(outcome.last),
@@ -138,7 +138,7 @@ pub(super) fn instances(run: &Results) -> Table {
     let rows = run
         .settings
         .iter()
-        .flat_map(|setting| setting.instances.iter().map(move |instance| row(setting, instance)));
+        .flat_map(|setting| setting.cells.iter().map(move |cell| row(setting, cell)));
     Table { name: "instances", header, rows: rows.collect() }
 }
 
@@ -160,8 +160,8 @@ pub(super) fn settings(run: &Results) -> Table {
     ];
     let row = |setting: &Setting| {
         let values = sorted(&setting.last());
-        let [iqm, low, high] = Estimate::cells(Some(iqm(setting)));
-        let behind = setting.instances.iter().filter(|it| it.outcome.is_behind).count();
+        let [iqm, low, high] = Estimate::fields(Some(iqm(setting)));
+        let behind = setting.cells.iter().filter(|it| it.outcome.is_behind).count();
         vec![
             setting.name.clone(),
             values.len().to_string(),
@@ -180,19 +180,19 @@ pub(super) fn settings(run: &Results) -> Table {
     Table { name: "settings", header, rows: run.settings.iter().map(row).collect() }
 }
 
-/// Of the instances of which it can be told; NaN if there's none.
-pub(super) fn share(setting: &Setting, of: fn(&Instance) -> Option<bool>) -> f64 {
-    let told: Vec<_> = setting.instances.iter().filter_map(of).collect();
+/// Of the cells of which it can be told; NaN if there's none.
+pub(super) fn share(setting: &Setting, of: fn(&CellResults) -> Option<bool>) -> f64 {
+    let told: Vec<_> = setting.cells.iter().filter_map(of).collect();
     told.iter().filter(|&&it| it).count() as f64 / told.len() as f64
 }
 
-/// The interquartile mean of the last windows of a setting's instances.
+/// The interquartile mean of the last windows of a setting's cells.
 pub(super) fn iqm(setting: &Setting) -> Estimate {
     Estimate::of([&setting.last()], IQM_REPLICATES, |[values]| interquartile_mean(values))
 }
 
-/// The probability that an instance of setting `i` has a higher last window than one of setting `j`;
-/// none if either has one instance only.
+/// The probability that a cell of setting `i` has a higher last window than one of setting `j`;
+/// none if either has one cell only.
 pub(super) fn improvement_of(settings: &[Setting], i: usize, j: usize) -> Option<Estimate> {
     if i > j {
         // So that the two directions agree: other random numbers would give another interval.
@@ -213,25 +213,27 @@ pub(super) fn improvement(run: &Results) -> Table {
         .filter(|(i, j)| i != j);
     let row = |(i, j): (usize, usize)| {
         let names = [&settings[i], &settings[j]].map(|it| it.name.clone());
-        names.into_iter().chain(Estimate::cells(improvement_of(settings, i, j))).collect()
+        names.into_iter().chain(Estimate::fields(improvement_of(settings, i, j))).collect()
     };
     Table { name: "improvement", header, rows: pairs.map(row).collect() }
 }
 
-/// Pearson's r of what the run is judged by and R_MI, over all updates of some settings' instances.
+/// Pearson's r of what the run is judged by and R_MI, over all updates of some settings' cells.
 pub(super) fn correlation_of(settings: &[Setting]) -> Option<f64> {
-    let instances = settings.iter().flat_map(|setting| &setting.instances);
-    pearson(instances.flat_map(|instance| {
-        instance.performance.iter().copied().zip(instance.intrinsic_nats.iter().copied())
-    }))
+    let cells = settings.iter().flat_map(|setting| &setting.cells);
+    pearson(
+        cells.flat_map(|cell| {
+            cell.performance.iter().copied().zip(cell.intrinsic_nats.iter().copied())
+        }),
+    )
 }
 
 pub(super) fn correlation(run: &Results) -> Table {
     let r = format!("pearson_{}_R_MI", run.measure.symbol);
     let header = vec!["setting".into(), "updates".into(), r];
     let row = |name: &str, settings: &[Setting]| {
-        let instances = settings.iter().flat_map(|setting| &setting.instances);
-        let updates: usize = instances.map(Instance::updates).sum();
+        let cells = settings.iter().flat_map(|setting| &setting.cells);
+        let updates: usize = cells.map(CellResults::updates).sum();
         vec![
             name.to_owned(),
             updates.to_string(),
@@ -297,10 +299,10 @@ mod tests {
         assert!(end(0, 0) < 0.375 && 0.375 < end(1, 0));
     }
 
-    /// A single instance would give a probability of 0, 1/2 or 1 with an interval of no width, and
+    /// A single cell would give a probability of 0, 1/2 or 1 with an interval of no width, and
     /// two an interval of all that they span.
     #[test]
-    fn few_instances_tell_little() {
+    fn few_cells_tell_little() {
         for n in 1..=7 {
             let run = counting(&[("a", n), ("b", 9)]);
             let (settings, improvement) = (settings(&run), improvement(&run));
@@ -316,7 +318,7 @@ mod tests {
                 assert_eq!(told, n > 5, "{name} of {n}");
             }
             let said = caveats(&run).concat();
-            assert_eq!(said.contains("One instance"), n == 1, "{said}");
+            assert_eq!(said.contains("One cell"), n == 1, "{said}");
             assert_eq!(said.contains("Fewer than 6"), (2..6).contains(&n), "{said}");
         }
     }
@@ -338,7 +340,7 @@ mod tests {
     fn what_cannot_be_told_is_empty_and_csv_is_quoted() {
         let mut short = run();
         short.settings.push(run_of(&[("e", vec![vec![1.0]])]).settings.remove(0));
-        let csv = String::from_utf8(instances(&short).csv()).unwrap();
+        let csv = String::from_utf8(cells(&short).csv()).unwrap();
         let lines: Vec<_> = csv.lines().collect();
         assert_eq!(lines[1], "a,1,20,0.0,1.0,1.0,true,false");
         assert_eq!(lines[5], "\"b,c=\"\"d\"\"\",1,20,0.0,2.0,2.0,true,false");

@@ -1,7 +1,7 @@
 //! `itarl summary`: what was learned, early updates against late ones, for each setting.
 //!
-//! Each instance gives the mean of a value over its early updates and that over its late ones. A
-//! [paired t-test](paired_t) over the instances of a setting asks whether
+//! Each cell gives the mean of a value over its early updates and that over its late ones. A
+//! [paired t-test](paired_t) over the cells of a setting asks whether
 //! what the run is judged by, its task's own value, is higher late.
 
 use std::collections::BTreeMap;
@@ -22,9 +22,9 @@ use crate::{
     progress::tell,
 };
 
-/// What an instance did in early and in late updates.
+/// What a cell did in early and in late updates.
 #[derive(Clone, Copy, Debug, Default)]
-struct Instance {
+struct Windows {
     intrinsic_nats: [f64; 2],
     performance: [f64; 2],
 }
@@ -33,7 +33,7 @@ pub(super) fn summary(arguments: &Summary) -> anyhow::Result<Outcome> {
     let catalogue = Catalogue::open(&arguments.run)?;
     let measure = catalogue.measure();
     let mut outcome = Outcome::Done;
-    let mut settings: BTreeMap<usize, (String, Vec<Instance>)> = BTreeMap::new();
+    let mut settings: BTreeMap<usize, (String, Vec<Windows>)> = BTreeMap::new();
     let mut windows = None;
     for lab_cell in catalogue.cells() {
         let LabCell { cell, folder, .. } = lab_cell;
@@ -57,7 +57,7 @@ pub(super) fn summary(arguments: &Summary) -> anyhow::Result<Outcome> {
         let known = settings.values().position(|(setting, _)| *setting == cell.setting);
         let key = known.unwrap_or(settings.len());
         let entry = settings.entry(key).or_insert_with(|| (cell.setting.clone(), Vec::new()));
-        entry.1.push(Instance {
+        entry.1.push(Windows {
             intrinsic_nats: [first.0, second.0],
             performance: [first.1, second.1],
         });
@@ -95,7 +95,7 @@ fn means(rows: &[Row], measure: &Measure, window: Updates) -> Option<(f64, f64)>
 }
 
 fn table<'a>(
-    settings: impl Iterator<Item = &'a (String, Vec<Instance>)>,
+    settings: impl Iterator<Item = &'a (String, Vec<Windows>)>,
     measure: &Measure,
 ) -> Table {
     let mut table = Table::new();
@@ -111,15 +111,15 @@ fn table<'a>(
         "t",
         "p",
     ]);
-    for (setting, instances) in settings {
-        let column = |of: fn(&Instance) -> f64| instances.iter().map(of).collect::<Vec<f64>>();
+    for (setting, cells) in settings {
+        let column = |of: fn(&Windows) -> f64| cells.iter().map(of).collect::<Vec<f64>>();
         let late = column(|it| it.performance[1]);
         let gain = column(|it| it.performance[1] - it.performance[0]);
         let test = paired_t(&gain);
         let best = late.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         table.add_row([
             setting.clone(),
-            instances.len().to_string(),
+            cells.len().to_string(),
             format!("{:.4}", mean(&column(|it| it.intrinsic_nats[0]))),
             format!("{:.4}", mean(&column(|it| it.intrinsic_nats[1]))),
             format!("{:+.5}", mean(&column(|it| it.performance[0]))),

@@ -3,7 +3,7 @@
 //!
 //! It's made from the recorded files alone, and the same files give the same bytes. `facts.rs` says
 //! what was run, `tables.rs` has the numbers, [`Report::read`] chooses what is shown in 3-D: the best
-//! and the median instance of each setting.
+//! and the median cell of each setting.
 
 mod facts;
 mod tables;
@@ -82,7 +82,7 @@ impl Report {
         }
     }
 
-    /// The best and the median instance of each setting.
+    /// The best and the median cell of each setting.
     fn wanted(&self) -> Vec<Wanted> {
         let chosen = figures::best_and_median(&self.results);
         let settings = self.results.settings.iter().zip(chosen);
@@ -94,15 +94,15 @@ impl Report {
             roles.into_iter().map(move |(index, role)| (setting, index, role))
         });
         let wanted = roles.map(|(setting, index, role)| {
-            let instance = &setting.instances[index];
-            let last = instance.outcome.last;
+            let cell = &setting.cells[index];
+            let last = cell.outcome.last;
             let Measure { symbol, unit, .. } = &self.results.measure;
             Wanted {
                 setting: setting.name.clone(),
-                seed: instance.seed,
+                seed: cell.seed,
                 label: format!(
                     "{role} of {}: seed {}, {symbol} {last:+.4} {unit}",
-                    setting.name, instance.seed
+                    setting.name, cell.seed
                 ),
             }
         });
@@ -135,7 +135,7 @@ impl Report {
                 @if !self.replays.is_empty() {
                     h2 { "The robots" }
                     p .faint {
-                        "The best and the median instance of each setting, by the mean " (self.results.measure.symbol) " of the last "
+                        "The best and the median cell of each setting, by the mean " (self.results.measure.symbol) " of the last "
                         (self.results.window) " updates, as they moved and learned in their last control steps."
                     }
                     (self.replays.markup(false))

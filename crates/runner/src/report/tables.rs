@@ -4,7 +4,7 @@
 use figures::{Measure, Results, Table};
 use maud::{Markup, html};
 
-/// The summary first; what has a row for each instance is folded.
+/// The summary first; what has a row for each cell is folded.
 pub(super) fn all(results: &Results) -> Markup {
     let measure = &results.measure;
     let mut tables = figures::tables(results);
@@ -20,7 +20,7 @@ pub(super) fn all(results: &Results) -> Markup {
         }
         p .faint {
             (measure.symbol) " in " (measure.unit) " for each control step; IQM is the interquartile mean "
-            "over instances, with its 95 % bootstrap interval. Windows have " (results.window) " updates. The same tables are written by "
+            "over cells, with its 95 % bootstrap interval. Windows have " (results.window) " updates. The same tables are written by "
             code { "itarl plot" } " as CSV."
             @for caveat in figures::caveats(results) { " " (caveat) }
         }
@@ -32,7 +32,7 @@ const ABOUT: [About; 4] = [
     ("settings", |_| "Settings".into(), false),
     ("improvement", |_| "How probably one setting does better than another".into(), false),
     ("correlation", |measure| format!("Correlation of {} and R_MI", measure.symbol), false),
-    ("instances", |_| "Every instance".into(), true),
+    ("instances", |_| "Every cell".into(), true),
 ];
 
 type About = (&'static str, fn(&Measure) -> String, bool);
