@@ -1,5 +1,5 @@
-//! What a run came to is told by its own task, with its unit, wherever it's told; by what all measure,
-//! where there are several.
+//! What a run came to is told by its own task, with its unit, wherever it's told; by what all
+//! measure, where there are several.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 mod common;

@@ -1,5 +1,5 @@
-//! Curves as they are drawn: means over windows, which smooth and thin in one, and the spread of the
-//! cells around each other.
+//! Curves as they are drawn: means over windows, which smooth and thin in one, and the spread of a
+//! setting's cells.
 
 use super::statistics::{mean, quantile, sorted};
 
@@ -77,8 +77,8 @@ pub(super) const QUARTILES: [f64; 3] = [0.25, 0.5, 0.75];
 /// Lowest, median, highest.
 pub(super) const EXTREMES: [f64; 3] = [0.0, 0.5, 1.0];
 
-/// The spread of some curves, with the quantiles of these probabilities: at each point of those that
-/// have come so far and are finite there.
+/// The spread of some curves, with the quantiles of these probabilities: at each point of those
+/// that have come so far and are finite there.
 pub(super) fn spreads(curves: &[Vec<[f64; 2]>], quantiles: [f64; 3]) -> Vec<Spread> {
     let longest = curves.iter().map(Vec::len).max().unwrap_or(0);
     (0..longest)

@@ -14,6 +14,7 @@ use super::{
         notes_height, paint, setting_line, setting_lines, stroke, wrap, write, write_notes,
         write_y_label,
     },
+    numbers::capitalised,
     tables::{self, Estimate, caveats, improvement_of, iqm, share},
 };
 
@@ -151,7 +152,9 @@ fn note(run: &Results) -> String {
          95 % interval (percentile bootstrap). No progress: the gain over the first {} updates is \
          less than a tenth of the run's largest, or not significant (Welch's t-test, 5 %). \
          Collapsed: the best window showed progress, and the last kept less than half of its gain.",
-        run.measure.symbol, run.window, run.window
+        capitalised(&run.measure.symbol),
+        run.window,
+        run.window
     )
 }
 

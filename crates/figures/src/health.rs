@@ -1,6 +1,6 @@
-//! Health (not in the paper): all other columns of the metrics, so that one sees how training goes: do
-//! the parameters grow, do gradients vanish, do parts touch that shouldn't, do readings leave their
-//! range.
+//! Health (not in the paper): all other columns of the metrics, so that one sees how training goes:
+//! do the parameters grow, do gradients vanish, do parts touch that shouldn't, do readings leave
+//! their range.
 
 use plotters::{
     element::{PathElement, Polygon},
@@ -103,8 +103,11 @@ fn quantities(run: &Results, w: usize) -> Vec<Quantity> {
 
 /// Whether a column is neither what counts updates nor what the learning curves show.
 fn is_other(name: &str, measure: &Measure) -> bool {
-    let is_shown = ["update", "control_steps", "R", "R_MI_nats", "task"].contains(&name);
-    !is_shown && !(name == "R_Loc" && measure.is_advance())
+    match name {
+        "update" | "control_steps" | "R" | "R_MI_nats" | "task" => false,
+        "R_Loc" => !measure.is_advance(),
+        _ => true,
+    }
 }
 
 fn note(w: usize) -> String {

@@ -1,5 +1,5 @@
-//! Learning curves (the paper's figure 2): a column a setting, rows R, R_MI and what the run is judged
-//! by, the paper's R_Loc, over updates.
+//! Learning curves (the paper's figure 2): a column a setting, rows R, R_MI and what the run is
+//! judged by, the paper's R_Loc, over updates.
 
 use plotters::{
     element::{PathElement, Polygon},

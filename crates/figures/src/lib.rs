@@ -60,7 +60,7 @@ use std::path::PathBuf;
 
 pub use contacts::Contacts;
 pub use measure::Measure;
-pub use numbers::grouped;
+pub use numbers::{capitalised, grouped};
 pub use outcome::{Choice, Outcome, best_and_median, tenth_of};
 pub use plain::plain;
 pub use results::{CellResults, Omitted, Results, Setting};

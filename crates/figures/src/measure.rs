@@ -1,5 +1,5 @@
-//! What the cells of a run are judged by: the task's own value, or what cells of several tasks have in
-//! common.
+//! What the cells of a run are judged by: the task's own value, or what cells of several tasks have
+//! in common.
 
 use runs::Row;
 

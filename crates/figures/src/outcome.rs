@@ -1,6 +1,6 @@
-//! What a cell came to: its first, best and last window of what the run is judged by, whether it made
-//! significant progress, whether it collapsed; and which cells of a setting are its best and its
-//! median.
+//! What a cell came to: its first, best and last window of what the run is judged by, whether it
+//! made significant progress, whether it collapsed; and which cells of a setting are its best and
+//! its median.
 //!
 //! The paper says that "more than half the instances did not make any significant progress" with
 //! the task's reward alone, and that "sometimes the performance drops sharply", and defines neither.

@@ -1,5 +1,5 @@
-//! Scatter (a figure of the paper's supplement): R_MI over what the run is judged by, a sliding-window
-//! curve for each cell, and how the two correlate.
+//! Scatter (a figure of the paper's supplement): R_MI over what the run is judged by, a
+//! sliding-window curve for each cell, and how the two correlate.
 
 use plotters::{
     element::{Circle, PathElement},

@@ -1,7 +1,7 @@
 //! A row of `metrics.csv`, and the columns that a file may have.
 //!
-//! To add a column: a field at the end of [`Row`], with the default that says that it's absent, and a
-//! line at the end of [`COLUMNS`]. Files that were begun before it go on without it.
+//! To add a column: a field at the end of [`Row`], with the default that says that it's absent, and
+//! a line at the end of [`COLUMNS`]. Files that were begun before it go on without it.
 
 use std::io;
 

@@ -135,7 +135,8 @@ impl Report {
                 @if !self.replays.is_empty() {
                     h2 { "The robots" }
                     p .faint {
-                        "The best and the median cell of each setting, by the mean " (self.results.measure.symbol) " of the last "
+                        "The best and the median cell of each setting, by the mean "
+                        (self.results.measure.symbol) " of the last "
                         (self.results.window) " updates, as they moved and learned in their last control steps."
                     }
                     (self.replays.markup(false))

@@ -1,7 +1,7 @@
 //! The tables of `itarl plot`, readable: short numbers, each with the file's own one behind it
 //! (`<data value>`), which is what copying scripts and tests read.
 
-use figures::{Measure, Results, Table};
+use figures::{Measure, Results, Table, capitalised};
 use maud::{Markup, html};
 
 /// The summary first; what has a row for each cell is folded.
@@ -19,8 +19,9 @@ pub(super) fn all(results: &Results) -> Markup {
             }
         }
         p .faint {
-            (measure.symbol) " in " (measure.unit) " for each control step; IQM is the interquartile mean "
-            "over cells, with its 95 % bootstrap interval. Windows have " (results.window) " updates. The same tables are written by "
+            (capitalised(&measure.symbol)) " in " (measure.unit) " for each control step; IQM is the interquartile mean "
+            "over cells, with its 95 % bootstrap interval. Windows have " (results.window) " updates. "
+            "The same tables are written by "
             code { "itarl plot" } " as CSV."
             @for caveat in figures::caveats(results) { " " (caveat) }
         }
