@@ -1,6 +1,8 @@
 //! Curves as they are drawn: means over windows, which smooth and thin in one, and the spread of a
 //! setting's cells.
 
+use runs::{COLUMNS, Row};
+
 use super::statistics::{mean, quantile, sorted};
 
 /// Means over windows of w updates, one after another. A last part that is shorter is left out,
@@ -35,12 +37,19 @@ pub(super) struct Thinned {
 }
 
 impl Thinned {
-    /// A last part that is shorter than a window is left out, but if it's all there is.
-    pub(super) fn of(values: impl ExactSizeIterator<Item = f64>) -> Self {
-        let window = values.len().div_ceil(KEPT).next_power_of_two();
-        let values: Vec<_> = values.collect();
-        let means = window_means(&values, window);
-        Self { window, means: means.into_iter().map(|[_, mean]| mean).collect() }
+    /// All of [`COLUMNS`], in their order. Last rows that don't fill a window are left out.
+    pub(super) fn of(rows: &[Row]) -> Vec<Self> {
+        let window = rows.len().div_ceil(KEPT).next_power_of_two();
+        let mut columns: Vec<_> =
+            COLUMNS.iter().map(|_| Self { window, means: Vec::with_capacity(KEPT) }).collect();
+        // Row by row, which is as they lie in memory.
+        for rows in rows.chunks_exact(window) {
+            for (thinned, column) in columns.iter_mut().zip(&COLUMNS) {
+                let sum: f64 = rows.iter().map(column.value).sum();
+                thinned.means.push(sum / window as f64);
+            }
+        }
+        columns
     }
 
     /// The length of its windows.
@@ -136,16 +145,21 @@ mod tests {
 
     #[test]
     fn thin_columns_are_the_means_of_thick_ones() {
+        let thinned = |values: &[f64]| {
+            let row = |&task: &f64| Row { task, ..Row::default() };
+            let rows: Vec<_> = values.iter().map(row).collect();
+            Thinned::of(&rows).pop().unwrap()
+        };
         let values: Vec<_> = (0..3000).map(f64::from).collect();
-        let thinned = Thinned::of(values.iter().copied());
-        assert_eq!((thinned.window(), thinned.means.len()), (16, 187));
+        let long = thinned(&values);
+        assert_eq!((long.window(), long.means.len()), (16, 187));
         for w in [16, 32, 128] {
             // The last window of 16 isn't whole, nor is one of more.
-            assert_eq!(thinned.over(w), window_means(&values, w), "{w}");
+            assert_eq!(long.over(w), window_means(&values, w), "{w}");
         }
-        let short = Thinned::of([1.0, 2.0, 6.0].into_iter());
+        let short = thinned(&[1.0, 2.0, 6.0]);
         assert_eq!(short.over(1), [[1.0, 1.0], [2.0, 2.0], [3.0, 6.0]]);
         assert_eq!(short.over(16), [[2.0, 3.0]]);
-        assert_eq!(Thinned::of([].into_iter()).over(4), [[0.0; 2]; 0]);
+        assert_eq!(thinned(&[]).over(4), [[0.0; 2]; 0]);
     }
 }

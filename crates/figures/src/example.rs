@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use runs::Row;
+
 use super::{CellResults, Measure, Outcome, Results, Setting, curves::Thinned};
 
 /// The paper's task.
@@ -9,9 +11,13 @@ pub(super) fn locomotion() -> Measure {
     Measure::of_task("locomotion", "R_Loc", "m")
 }
 
-/// Settings with a curve of R_Loc for each cell. R is its square, R_MI its half, and so are all
-/// other columns.
+/// Settings with a curve of R_Loc for each cell. R is its square, R_MI its half, and so are the norms.
 pub(super) fn run_of(settings: &[(&str, Vec<Vec<f64>>)]) -> Results {
+    let row = |value: &f64| Row {
+        parameter_norm: value / 2.0,
+        gradient_norm: value / 2.0,
+        ..Row::default()
+    };
     let cell = |(i, curve): (usize, &Vec<f64>)| CellResults {
         name: format!("seed={}", i + 1),
         seed: i as u64 + 1,
@@ -19,10 +25,7 @@ pub(super) fn run_of(settings: &[(&str, Vec<Vec<f64>>)]) -> Results {
         reward: curve.iter().map(|value| value * value).collect(),
         intrinsic_nats: curve.iter().map(|value| value / 2.0).collect(),
         performance: curve.clone(),
-        columns: runs::COLUMNS
-            .iter()
-            .map(|_| Thinned::of(curve.iter().map(|value| value / 2.0)))
-            .collect(),
+        columns: Thinned::of(&curve.iter().map(row).collect::<Vec<_>>()),
         outcome: Outcome::default(),
         contacts: None,
     };

@@ -8,7 +8,7 @@ use std::{
     sync::atomic::{AtomicUsize, Ordering},
 };
 
-use runs::{COLUMNS, Cell, CellFolder, Recording, Row, Run};
+use runs::{Cell, CellFolder, Recording, Row, Run};
 
 use super::{Contacts, Error, Measure, Outcome, choice, curves::Thinned};
 
@@ -53,7 +53,7 @@ pub struct CellResults {
     pub intrinsic_nats: Vec<f64>,
     /// What it's judged by: the run's measure.
     pub performance: Vec<f64>,
-    /// All of [`COLUMNS`], in their order, as thin as they're drawn.
+    /// All columns of the metrics, in their order, as thin as they're drawn.
     pub(crate) columns: Vec<Thinned>,
     /// The outcome of its training so far.
     pub outcome: Outcome,
@@ -198,7 +198,7 @@ impl CellResults {
             reward: column(|row| row.reward),
             intrinsic_nats: column(|row| row.intrinsic_nats),
             performance: rows.iter().map(|row| measure.of(row)).collect(),
-            columns: COLUMNS.iter().map(|it| Thinned::of(rows.iter().map(it.value))).collect(),
+            columns: Thinned::of(&rows),
             outcome: Outcome::default(),
             contacts: None,
         }))

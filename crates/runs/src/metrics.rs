@@ -6,6 +6,7 @@
 use std::{
     fs::File,
     io::{self, Read, Seek, SeekFrom},
+    iter,
     path::Path,
 };
 
@@ -46,7 +47,7 @@ pub fn read_last(path: &Path) -> Result<Option<Row>, Error> {
     let whole = whole_lines(&tail);
     let Some(rest) = whole.strip_suffix(b"\n") else { return Ok(None) };
     let line = rest.rsplit(|&byte| byte == b'\n').next().unwrap_or_default();
-    match rows(&[header.as_bytes(), line].concat()).next() {
+    match rows(&[header.as_bytes(), line].concat(), &columns).next() {
         Some(Ok(row)) => Ok(Some(row)),
         Some(Err(error)) => {
             Err(Error::damaged(path, format!("last row: {}", explain(&error, &columns))))
@@ -71,7 +72,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<Row>, Error> {
         return Ok(Vec::new());
     }
     let columns = columns(path, whole)?;
-    rows(whole)
+    rows(whole, &columns)
         .map(|row| {
             row.map_err(|error| {
                 let line = error.position().map_or(0, csv::Position::line);
@@ -104,9 +105,18 @@ fn columns(path: &Path, bytes: &[u8]) -> Result<Columns, Error> {
     })
 }
 
-/// The rows behind a first line.
-fn rows(lines: &[u8]) -> impl Iterator<Item = csv::Result<Row>> {
-    csv::Reader::from_reader(lines).into_deserialize()
+/// The rows behind a first line, which names these columns.
+fn rows(lines: &[u8], columns: &Columns) -> impl Iterator<Item = csv::Result<Row>> {
+    let names = csv::ByteRecord::from(columns.names());
+    // Fields are found by their place where that will do, which is faster.
+    let by_name = (!columns.are_the_first()).then_some(names);
+    let mut reader = csv::Reader::from_reader(lines);
+    let mut record = csv::ByteRecord::new();
+    iter::from_fn(move || match reader.read_byte_record(&mut record) {
+        Ok(true) => Some(record.deserialize(by_name.as_ref())),
+        Ok(false) => None,
+        Err(error) => Some(Err(error)),
+    })
 }
 
 /// What is wrong with a row, by the name of the column.

@@ -145,6 +145,11 @@ impl Columns {
         &self.0
     }
 
+    /// Whether none is missing in between: a column's place is then that of its field.
+    pub(crate) fn are_the_first(&self) -> bool {
+        self.0.iter().zip(&COLUMNS).all(|(name, column)| *name == column.name)
+    }
+
     /// The file's first line, with its line break.
     pub(crate) fn header_line(&self) -> String {
         self.0.join(",") + "\n"
@@ -195,6 +200,7 @@ mod tests {
                 (0..names.len()).filter(|&i| is_there(i)).map(|i| names[i]).collect();
             let columns = Columns::of(there.join(",").as_bytes()).unwrap();
             assert_eq!(columns.names(), there);
+            assert_eq!(columns.are_the_first(), names.starts_with(&there));
             let row = Row { update: 3, gradient_norm: 0.5, task: 0.25, ..Row::default() };
             let line = columns.line(&row).unwrap();
             assert_eq!(line.trim_end().split(',').count(), there.len());
