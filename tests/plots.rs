@@ -15,7 +15,8 @@ use runner::experiment::Plan;
 use runs::{Bullet, Cell, NewRun, Precision, Row, Run, header_line};
 use tempfile::TempDir;
 
-const FIGURES: [&str; 6] = ["robot", "learning-curves", "close-up", "feet", "scatter", "final"];
+const FIGURES: [&str; 7] =
+    ["robot", "learning-curves", "close-up", "feet", "scatter", "final", "health"];
 /// A sweep of one setting, `xi=1`.
 const XI_1: &str = "\"reward.mix.xi\" = [1]";
 const TABLES: [&str; 4] = ["correlation", "improvement", "instances", "settings"];
@@ -38,10 +39,10 @@ fn plot(run: &Path, more: &[&str]) -> Said {
 }
 
 /// A run with made-up metrics and no more; `sweep` is what it sweeps beside its seeds.
-fn made_up(folder: &Path, sweep: &str, n_instances: u64, n_updates: u64) {
+fn made_up(folder: &Path, sweep: &str, n_seeds: u64, n_updates: u64) {
     let experiment = format!(
         "model = \"models/crawler.toml\"\n[learning]\nupdates = 300\n\
-         [sweep]\n{sweep}\nseeds = {n_instances}\n"
+         [sweep]\n{sweep}\nseeds = {n_seeds}\n"
     );
     let file = folder.with_extension("toml");
     fs::write(&file, &experiment).unwrap();
@@ -67,8 +68,9 @@ fn made_up(folder: &Path, sweep: &str, n_instances: u64, n_updates: u64) {
                 update,
                 control_steps: 100 * update,
                 reward: value * value,
-                information_nats: 0.2 - value,
-                locomotion_m: value,
+                intrinsic_nats: 0.2 - value,
+                advance_m: value,
+                task: value,
                 ..Row::default()
             };
             csv.serialize(row).unwrap();
@@ -260,14 +262,14 @@ fn an_unfinished_run_is_drawn() {
 }
 
 #[test]
-fn from_one_instance_to_twelve_settings_of_thirty() {
+fn from_one_cell_to_twelve_settings_of_thirty() {
     let (_folder, run) = folder();
     made_up(&run, "", 1, 40);
     // Only the figure of feet is missed: nothing was recorded for it.
     plot(&run, &[]).ends(DONE).complains(&["left out feet: "]);
     assert!(texts(&svg(&run, "learning-curves")).contains(&"base".to_owned()));
     assert_eq!(table(&run, "improvement").len(), 0);
-    plot(&run, &["feet"]).ends(FAILED).complains(&["feet: the chosen instances have no replay"]);
+    plot(&run, &["feet"]).ends(FAILED).complains(&["feet: the chosen cells have no replay"]);
 
     let (_folder, run) = folder();
     let twelve = "\"policy.hidden_units\" = [1, 2, 3]\n\"reward.mix.xi\" = [0.1, 0.2, 0.3, 0.4]";
@@ -281,9 +283,9 @@ fn from_one_instance_to_twelve_settings_of_thirty() {
     }
 }
 
-/// One seed, as of a first look: nothing is said that one instance can't tell.
+/// One seed, as of a first look: nothing is said that one cell can't tell.
 #[test]
-fn one_instance_gives_neither_interval_nor_probability() {
+fn one_cell_gives_neither_interval_nor_probability() {
     let (_folder, run) = folder();
     train(&run, &["--set", "sweep.seeds=1"]).ends(DONE);
     plot(&run, &["final"]).ends(DONE);
@@ -297,12 +299,10 @@ fn one_instance_gives_neither_interval_nor_probability() {
         assert_eq!(setting["R_Loc_IQM_m"], setting["R_Loc_mean_m"]);
     }
     let drawn = texts(&svg(&run, "final"));
-    assert!(drawn.iter().any(|it| it.contains("One instance of a setting gives")), "{drawn:?}");
+    assert!(drawn.iter().any(|it| it.contains("One cell of a setting gives")), "{drawn:?}");
     itarl(&["report", text(&run)]).ends(DONE);
     let page = fs::read_to_string(run.join("report.html")).unwrap();
-    assert!(
-        page.contains("One instance of a setting gives neither an interval nor a probability.")
-    );
+    assert!(page.contains("One cell of a setting gives neither an interval nor a probability."));
 }
 
 #[test]

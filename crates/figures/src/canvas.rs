@@ -54,6 +54,26 @@ pub(super) const BLUE: RGBColor = RGBColor(0, 114, 178);
 pub(super) const VERMILLION: RGBColor = RGBColor(213, 94, 0);
 pub(super) const GREEN: RGBColor = RGBColor(0, 158, 115);
 pub(super) const PURPLE: RGBColor = RGBColor(204, 121, 167);
+/// For what has an order: steps of the palette viridis, without its lightest.
+pub(super) const VIRIDIS: [RGBColor; 6] = [
+    RGBColor(68, 1, 84),
+    RGBColor(65, 68, 135),
+    RGBColor(42, 120, 142),
+    RGBColor(34, 168, 132),
+    RGBColor(122, 209, 81),
+    RGBColor(210, 180, 20),
+];
+
+/// The colour of one of n things in their order.
+pub(super) fn viridis(i: usize, n: usize) -> RGBColor {
+    let place = (VIRIDIS.len() - 1) as f64 * i as f64 / (n - 1).max(1) as f64;
+    let below = (place as usize).min(VIRIDIS.len() - 2);
+    let [a, b] = [VIRIDIS[below], VIRIDIS[below + 1]];
+    let part = place - below as f64;
+    let mix = |a: u8, b: u8| (f64::from(a) + part * (f64::from(b) - f64::from(a))).round() as u8;
+    RGBColor(mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
+}
+
 /// Text and the axes.
 pub(super) const INK: RGBColor = RGBColor(34, 34, 34);
 /// What is there but not looked at.
@@ -306,6 +326,16 @@ mod tests {
         for letter in ["ξ", "−", "×", "·", "≥"] {
             assert_ne!(marks(letter), missing, "{letter}");
         }
+    }
+
+    #[test]
+    fn colours_lie_between_those_of_the_palette() {
+        assert_eq!(
+            [viridis(0, 1), viridis(0, 6), viridis(5, 6)],
+            [VIRIDIS[0], VIRIDIS[0], VIRIDIS[5]]
+        );
+        // Half way from (68, 1, 84) to (65, 68, 135).
+        assert_eq!(viridis(1, 11), RGBColor(67, 35, 110));
     }
 
     #[test]

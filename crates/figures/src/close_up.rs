@@ -1,4 +1,5 @@
-//! Close-up (the paper's figure 3): R_Loc of some settings, all instances faint, a few highlighted.
+//! Close-up (the paper's figure 3): what the run is judged by, of some settings: all cells faint, a
+//! few highlighted.
 
 use plotters::{
     element::PathElement,
@@ -6,24 +7,29 @@ use plotters::{
 };
 
 use super::{
-    Drawing, Error, Figure, Instance, Options, Results, Setting,
+    CellResults, Drawing, Error, Figure, Measure, Options, Results, Setting,
     axis::{Axis, BELOW, LEFT, Panel},
     canvas::{
         Area, BLUE, GREEN, GREY, INK, NORMAL, PAGE, PURPLE, Rect, SMALL, VERMILLION, font, line,
         notes_height, paint, setting_line, stroke, wrap, write, write_notes, write_y_label,
     },
     curves::{window_for, window_means},
+    numbers::capitalised,
     outcome::choice,
     statistics::mean,
 };
 
 pub(super) const FIGURE: Figure = Figure {
     name: "close-up",
-    title: "Close-up of R_Loc",
-    caption: "Locomotion R_Loc over updates for each instance of some settings, each smoothed by \
-              means over windows; highlighted are the best, the median and the worst instance by \
-              the mean of their last window, and the one that lost most from its best window to \
-              its last.",
+    title: |measure| format!("Close-up of {}", measure.symbol),
+    caption: |measure| {
+        format!(
+            "{} over updates for each cell of some settings, each smoothed by means over \
+             windows; highlighted are the best, the median and the worst cell by the mean of \
+             their last window, and the one that lost most from its best window to its last.",
+            capitalised(&measure.name())
+        )
+    },
     draw,
     tables: |_| Vec::new(),
 };
@@ -38,10 +44,10 @@ const LEGEND_LINE: f64 = 18.0;
 const MARGIN: f64 = 44.0;
 const GAP: f64 = 30.0;
 
-/// A highlighted instance.
+/// A highlighted cell.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Highlight {
-    instance: usize,
+    cell: usize,
     /// What for, as in "best, largest loss".
     why: String,
     color: RGBColor,
@@ -49,11 +55,11 @@ struct Highlight {
 
 fn draw(run: &Results, options: &Options) -> Result<Drawing, Error> {
     let settings = chosen(run, options)?;
-    let n_curves: usize = settings.iter().map(|setting| setting.instances.len()).sum();
+    let n_curves: usize = settings.iter().map(|setting| setting.cells.len()).sum();
     let w = window_for(run.longest(), POINTS.min(ALL_POINTS / n_curves.max(1)).max(30));
-    let curve = |instance: &Instance| window_means(&instance.locomotion_m, w);
+    let curve = |cell: &CellResults| window_means(&cell.performance, w);
     let curves: Vec<Vec<_>> =
-        settings.iter().map(|setting| setting.instances.iter().map(curve).collect()).collect();
+        settings.iter().map(|setting| setting.cells.iter().map(curve).collect()).collect();
     let y = Axis::around(curves.iter().flatten().flatten().map(|point| point[1]), 8);
 
     let n_columns = settings.len().min(2);
@@ -63,8 +69,8 @@ fn draw(run: &Results, options: &Options) -> Result<Drawing, Error> {
     let lines = |setting: &&Setting| wrap(&setting_line(&setting.name), NORMAL, width).len();
     let title = settings.iter().map(lines).max().unwrap_or(1) as f64 * TITLE_LINE + 28.0;
     let band = title + FRAME_HEIGHT + BELOW + 30.0 + 4.0 * LEGEND_LINE + 10.0;
-    let notes = [note(run, w)];
-    let caption = format!("{} {}", FIGURE.caption, notes.join(" "));
+    let notes = run.with_caveat(vec![note(run, w)]);
+    let caption = FIGURE.caption_with(run, &notes);
     paint(&FIGURE, n_bands * band + notes_height(&notes) + 14.0, caption, |area| {
         for (i, (setting, curves)) in settings.iter().zip(&curves).enumerate() {
             let (row, column) = (i / n_columns, i % n_columns);
@@ -76,7 +82,7 @@ fn draw(run: &Results, options: &Options) -> Result<Drawing, Error> {
             };
             let y_numbers = column == 0;
             let panel = Panel { frame, x: &x, y: &y, x_numbers: true, y_numbers };
-            draw_panel(area, &panel, setting, curves)?;
+            draw_panel(area, &panel, (&run.measure, setting), curves)?;
         }
         write_notes(area, n_bands * band + 8.0, &notes)
     })
@@ -88,9 +94,9 @@ fn note(run: &Results, w: usize) -> String {
         _ => format!("A point is a mean over {w} updates."),
     };
     format!(
-        "{smoothing} Highlighted by the mean R_Loc of windows of {} updates: the best, the median \
+        "{smoothing} Highlighted by the mean {} of windows of {} updates: the best, the median \
          and the worst last window, and the largest loss from the best window to the last.",
-        run.window
+        run.measure.symbol, run.window
     )
 }
 
@@ -114,16 +120,16 @@ fn chosen<'a>(run: &'a Results, options: &Options) -> Result<Vec<&'a Setting>, E
     Ok(run.settings.iter().enumerate().filter(is_chosen).map(|(_, setting)| setting).collect())
 }
 
-/// The instances that stand for others, each once.
+/// The cells that stand for others, each once.
 fn highlights(setting: &Setting) -> Vec<Highlight> {
-    let instances = &setting.instances;
-    let choice = choice(instances);
-    let loss = |i: &usize| instances[*i].outcome.best - instances[*i].outcome.last;
+    let cells = &setting.cells;
+    let choice = choice(cells);
+    let loss = |i: &usize| cells[*i].outcome.best - cells[*i].outcome.last;
     let by = |of: &dyn Fn(&usize) -> f64| {
         // The first of equal ones.
-        (0..instances.len()).rev().max_by(|a, b| of(a).total_cmp(&of(b))).unwrap_or(0)
+        (0..cells.len()).rev().max_by(|a, b| of(a).total_cmp(&of(b))).unwrap_or(0)
     };
-    let worst = by(&|i| -instances[*i].outcome.last);
+    let worst = by(&|i| -cells[*i].outcome.last);
     let most_lost = by(&loss);
     let wanted = [
         (choice.best, "best", BLUE),
@@ -132,13 +138,13 @@ fn highlights(setting: &Setting) -> Vec<Highlight> {
         (most_lost, "largest loss", VERMILLION),
     ];
     let mut highlights: Vec<Highlight> = Vec::new();
-    for (instance, why, color) in wanted {
-        if why == "largest loss" && loss(&instance) <= 0.0 {
+    for (cell, why, color) in wanted {
+        if why == "largest loss" && loss(&cell) <= 0.0 {
             continue;
         }
-        match highlights.iter_mut().find(|it| it.instance == instance) {
+        match highlights.iter_mut().find(|it| it.cell == cell) {
             Some(known) => known.why += &format!(", {why}"),
-            None => highlights.push(Highlight { instance, why: why.into(), color }),
+            None => highlights.push(Highlight { cell, why: why.into(), color }),
         }
     }
     highlights
@@ -147,14 +153,14 @@ fn highlights(setting: &Setting) -> Vec<Highlight> {
 fn draw_panel(
     area: &Area<'_>,
     panel: &Panel<'_>,
-    setting: &Setting,
+    (measure, setting): (&Measure, &Setting),
     curves: &[Vec<[f64; 2]>],
 ) -> Result<(), Error> {
     let highlights = highlights(setting);
     let points = |curve: &[[f64; 2]]| curve.iter().map(|&[x, y]| (x, y)).collect::<Vec<_>>();
     panel.draw(area, |chart| {
         for (i, curve) in curves.iter().enumerate() {
-            if highlights.iter().all(|it| it.instance != i) {
+            if highlights.iter().all(|it| it.cell != i) {
                 let faint = stroke(GREY.mix(0.5), 0.8);
                 chart.draw_series([PathElement::new(points(curve), faint)])?;
             }
@@ -162,7 +168,7 @@ fn draw_panel(
         // The best lies on top.
         for highlight in highlights.iter().rev() {
             let style = stroke(highlight.color, 1.8);
-            chart.draw_series([PathElement::new(points(&curves[highlight.instance]), style)])?;
+            chart.draw_series([PathElement::new(points(&curves[highlight.cell]), style)])?;
         }
         Ok(())
     })?;
@@ -173,18 +179,18 @@ fn draw_panel(
         let at = (middle, frame.y - 30.0 - i as f64 * TITLE_LINE);
         write(area, text, at, &font(NORMAL, INK, HPos::Center))?;
     }
-    let n = format!("n = {}", setting.instances.len());
+    let n = format!("n = {}", setting.cells.len());
     write(area, &n, (frame.right(), frame.y - 10.0), &font(SMALL, INK, HPos::Right))?;
     let below = frame.bottom() + BELOW;
     let label = font(SMALL, INK, HPos::Center);
     write(area, panel.x.updates_label(), (middle, below + 10.0), &label)?;
     if panel.y_numbers {
-        write_y_label(area, frame, "R_Loc", "m per control step")?;
+        write_y_label(area, frame, &measure.symbol, &measure.axis_unit())?;
     }
     for (i, it) in highlights.iter().enumerate() {
         let y = below + 34.0 + i as f64 * LEGEND_LINE;
         line(area, &[(frame.x, y), (frame.x + 26.0, y)], stroke(it.color, 2.5))?;
-        let text = format!("seed {}: {}", setting.instances[it.instance].seed, it.why);
+        let text = format!("seed {}: {}", setting.cells[it.cell].seed, it.why);
         write(area, &text, (frame.x + 32.0, y), &font(SMALL, INK, HPos::Left))?;
     }
     Ok(())
@@ -222,11 +228,11 @@ mod tests {
     }
 
     #[test]
-    fn each_instance_is_highlighted_once() {
+    fn each_cell_is_highlighted_once() {
         let fallen = [vec![9.0; 10], vec![2.0; 10]].concat();
         let run = run_of(&[("a", vec![flat(1.0), flat(3.0), fallen, flat(4.0), flat(5.0)])]);
         let found: Vec<_> =
-            highlights(&run.settings[0]).into_iter().map(|it| (it.instance, it.why)).collect();
+            highlights(&run.settings[0]).into_iter().map(|it| (it.cell, it.why)).collect();
         let expected = [(4, "best"), (1, "median"), (0, "worst"), (2, "largest loss")]
             .map(|(i, why)| (i, why.into()));
         assert_eq!(found, expected);

@@ -2,26 +2,40 @@
 
 use std::path::PathBuf;
 
-use super::{Instance, Outcome, Results, Setting};
+use runs::Row;
 
-/// Settings with a curve of R_Loc for each instance. R is its square, R_MI its half.
+use super::{CellResults, Measure, Outcome, Results, Setting, curves::Thinned};
+
+/// The paper's task.
+pub(super) fn locomotion() -> Measure {
+    Measure::of_task("locomotion", "R_Loc", "m")
+}
+
+/// Settings with a curve of R_Loc for each cell. R is its square, R_MI its half, and so are the norms.
 pub(super) fn run_of(settings: &[(&str, Vec<Vec<f64>>)]) -> Results {
-    let instance = |(i, curve): (usize, &Vec<f64>)| Instance {
-        cell: format!("seed={}", i + 1),
+    let row = |value: &f64| Row {
+        parameter_norm: value / 2.0,
+        gradient_norm: value / 2.0,
+        ..Row::default()
+    };
+    let cell = |(i, curve): (usize, &Vec<f64>)| CellResults {
+        name: format!("seed={}", i + 1),
         seed: i as u64 + 1,
         folder: PathBuf::new(),
         reward: curve.iter().map(|value| value * value).collect(),
-        information_nats: curve.iter().map(|value| value / 2.0).collect(),
-        locomotion_m: curve.clone(),
+        intrinsic_nats: curve.iter().map(|value| value / 2.0).collect(),
+        performance: curve.clone(),
+        columns: Thinned::of(&curve.iter().map(row).collect::<Vec<_>>()),
         outcome: Outcome::default(),
         contacts: None,
     };
     let setting = |(name, curves): &(&str, Vec<Vec<f64>>)| Setting {
         name: (*name).into(),
-        instances: curves.iter().enumerate().map(instance).collect(),
+        cells: curves.iter().enumerate().map(cell).collect(),
     };
     let mut run = Results {
         folder: "run".into(),
+        measure: locomotion(),
         settings: settings.iter().map(setting).collect(),
         window: 1,
     };

@@ -1,10 +1,10 @@
-//! Feet (the paper's figure 4): which foot touched the ground when, for two instances of each
+//! Feet (the paper's figure 4): which foot touched the ground when, for two cells of each
 //! setting.
 
 use plotters::style::{RGBColor, text_anchor::HPos};
 
 use super::{
-    Choice, Contacts, Drawing, Error, Figure, Instance, Options, Results, Setting,
+    CellResults, Choice, Contacts, Drawing, Error, Figure, Measure, Options, Results, Setting,
     axis::Axis,
     best_and_median,
     canvas::{
@@ -15,10 +15,15 @@ use super::{
 
 pub(super) const FIGURE: Figure = Figure {
     name: "feet",
-    title: "Feet on the ground",
-    caption: "Contacts of the feet in the last control steps of two instances of each setting, \
-              light where a foot touches the ground; instances are chosen by the mean R_Loc of \
-              their last window.",
+    title: |_| "Feet on the ground".into(),
+    caption: |measure| {
+        format!(
+            "Contacts of the feet in the last control steps of two cells of each setting, light \
+             where a foot touches the ground; cells are chosen by the mean {} of their last \
+             window.",
+            measure.symbol
+        )
+    },
     draw,
     tables: |_| Vec::new(),
 };
@@ -48,7 +53,9 @@ fn draw(run: &Results, options: &Options) -> Result<Drawing, Error> {
         .settings
         .iter()
         .zip(best_and_median(run))
-        .map(|(setting, choice)| (setting, rasters(setting, choice, options.two_best)))
+        .map(|(setting, choice)| {
+            (setting, rasters(&run.measure, setting, choice, options.two_best))
+        })
         .collect();
     let recorded = || rows.iter().flat_map(|(_, rasters)| rasters).filter_map(|it| it.contacts);
     let shown: Vec<_> = recorded().filter(|it| it.n_steps() > 0).collect();
@@ -61,7 +68,7 @@ fn draw(run: &Results, options: &Options) -> Result<Drawing, Error> {
     let row_height = ABOVE + frame_height.max(names as f64 * NAME_LINE) + BELOW;
     let bottom = rows.len() as f64 * row_height;
     let notes = notes(run, &shown);
-    let caption = format!("{} {}", FIGURE.caption, notes.join(" "));
+    let caption = FIGURE.caption_with(run, &notes);
     paint(&FIGURE, bottom + TIME + notes_height(&notes) + 6.0, caption, |area| {
         for (i, (setting, rasters)) in rows.iter().enumerate() {
             let y = i as f64 * row_height + ABOVE;
@@ -79,17 +86,23 @@ fn draw(run: &Results, options: &Options) -> Result<Drawing, Error> {
     })
 }
 
-fn rasters(setting: &Setting, choice: Choice, two_best: bool) -> Vec<Raster<'_>> {
+fn rasters<'a>(
+    measure: &Measure,
+    setting: &'a Setting,
+    choice: Choice,
+    two_best: bool,
+) -> Vec<Raster<'a>> {
     let second = match (two_best, choice.second) {
         (true, second) => second.map(|it| (it, "second best")),
         (false, Some(_)) => Some((choice.median, "median")),
-        // One instance is both.
+        // One cell is both.
         (false, None) => None,
     };
     let raster = |(index, why): (usize, &str)| {
-        let instance: &Instance = &setting.instances[index];
-        let title = format!("{why}: seed {}, R_Loc {:.4}", instance.seed, instance.outcome.last);
-        Raster { contacts: instance.contacts.as_ref(), title: title.replace('-', "−") }
+        let cell: &CellResults = &setting.cells[index];
+        let CellResults { seed, outcome, .. } = cell;
+        let title = format!("{why}: seed {seed}, {} {:.4}", measure.symbol, outcome.last);
+        Raster { contacts: cell.contacts.as_ref(), title: title.replace('-', "−") }
     };
     [Some((choice.best, "best")), second].into_iter().flatten().map(raster).collect()
 }
@@ -105,7 +118,7 @@ fn duration(shown: &[&Contacts]) -> Option<f64> {
 
 fn why_nothing(recorded: Option<&Contacts>) -> String {
     match recorded {
-        None => "the chosen instances have no replay.safetensors yet; it comes with a checkpoint",
+        None => "the chosen cells have no replay.safetensors yet; it comes with a checkpoint",
         Some(contacts) if contacts.feet.is_empty() => "the robot has no contact sensors",
         Some(_) => "no control steps were recorded (record.steps of the experiment is 0)",
     }
@@ -114,11 +127,12 @@ fn why_nothing(recorded: Option<&Contacts>) -> String {
 
 fn notes(run: &Results, shown: &[&Contacts]) -> Vec<String> {
     let windows = format!(
-        "Light: contact. Instances are chosen by their mean R_Loc, in m per control step, over \
-         their last {} updates.",
+        "Light: contact. Cells are chosen by their mean {}, in {}, over their last {} updates.",
+        run.measure.symbol,
+        run.measure.axis_unit(),
         run.window
     );
-    let mut notes = vec![windows];
+    let mut notes = run.with_caveat(vec![windows]);
     // Settings may have different robots.
     for contacts in shown {
         let feet = contacts.feet.iter().enumerate();
@@ -235,11 +249,11 @@ mod tests {
     fn a_run_without_feet_says_so() {
         let mut run = run_of(&[("a", vec![vec![1.0; 20]])]);
         let why = |run: &Results| draw(run, &Options::default()).unwrap_err().to_string();
-        assert!(why(&run).starts_with("feet: the chosen instances have no replay.safetensors yet"));
+        assert!(why(&run).starts_with("feet: the chosen cells have no replay.safetensors yet"));
         let none = Contacts { feet: vec![], ..contacts(0, 0.1) };
-        run.settings[0].instances[0].contacts = Some(none);
+        run.settings[0].cells[0].contacts = Some(none);
         assert_eq!(why(&run), "feet: the robot has no contact sensors");
-        run.settings[0].instances[0].contacts = Some(contacts(0, 0.1));
+        run.settings[0].cells[0].contacts = Some(contacts(0, 0.1));
         assert!(why(&run).contains("record.steps"));
     }
 
@@ -249,7 +263,7 @@ mod tests {
         let run = run_of(&[("a", vec![flat(1.0), flat(-3.0), flat(2.0)]), ("b", vec![flat(1.0)])]);
         let titles = |setting: usize, two_best| {
             let choice = best_and_median(&run)[setting];
-            let rasters = rasters(&run.settings[setting], choice, two_best);
+            let rasters = rasters(&run.measure, &run.settings[setting], choice, two_best);
             rasters.into_iter().map(|it| it.title).collect::<Vec<_>>()
         };
         let best = "best: seed 3, R_Loc 2.0000";

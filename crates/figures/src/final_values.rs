@@ -1,4 +1,4 @@
-//! Final (not in the paper): what each instance reached, each setting's interquartile mean, and how
+//! Final (not in the paper): what each cell reached, each setting's interquartile mean, and how
 //! probably one setting is better than another.
 
 use plotters::{
@@ -7,49 +7,52 @@ use plotters::{
 };
 
 use super::{
-    Drawing, Error, Figure, Options, Results, Setting,
+    Drawing, Error, Figure, Measure, Options, Results, Setting,
     axis::{Axis, LEFT, Panel},
     canvas::{
         Area, BLUE, FAINT, INK, NORMAL, PAGE, Rect, SMALL, VERMILLION, fill, font, grid, line,
         notes_height, paint, setting_line, setting_lines, stroke, wrap, write, write_notes,
         write_y_label,
     },
+    numbers::capitalised,
     tables::{self, Estimate, caveats, improvement_of, iqm, share},
 };
 
 pub(super) const FIGURE: Figure = Figure {
     name: "final",
-    title: "What was reached",
-    caption: "Mean R_Loc of the last window: a dot for each instance, hollow if others have more \
-              updates; for each setting the interquartile mean with its 95 % interval by stratified \
-              bootstrap, and the probability that an instance of one setting has a higher R_Loc \
-              than one of another (Agarwal et al. 2021).",
+    title: |_| "What was reached".into(),
+    caption: |Measure { symbol, .. }| {
+        format!(
+            "Mean {symbol} of the last window: a dot for each cell, hollow if others have more \
+             updates; for each setting the interquartile mean with its 95 % interval by stratified \
+             bootstrap, and the probability that a cell of one setting has a higher {symbol} \
+             than one of another (Agarwal et al. 2021)."
+        )
+    },
     draw,
-    tables: |run| vec![tables::instances(run), tables::settings(run), tables::improvement(run)],
+    tables: |run| vec![tables::cells(run), tables::settings(run), tables::improvement(run)],
 };
 
 const MARGIN: f64 = 56.0;
 const TOP: f64 = 26.0;
 const FRAME_HEIGHT: f64 = 300.0;
-const MATRIX: &str =
-    "Probability that an instance of the row has a higher R_Loc than one of the column";
 const LINE: f64 = 17.0;
 /// Settings with which the matrix has its place beside the dots.
 const BESIDE: usize = 5;
 /// Lines that a setting's name may have above a column, before letters stand for settings.
 const LINES: usize = 3;
-/// Of a cell; in smaller ones colours have to do, and the table has the numbers.
+/// Of a square; in smaller ones colours have to do, and the table has the numbers.
 const SMALLEST_WITH_NUMBERS: f64 = 36.0;
-/// A cell has room for a second line if it's larger.
+/// A square has room for a second line if it's larger.
 const WITH_INTERVALS: f64 = 52.0;
 const LETTERS: &[u8] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZ";
 
 /// Where things are.
 struct Layout {
     dots: Rect,
-    /// Of the matrix's cells; none with one setting.
+    /// Of the matrix's squares; none with one setting.
     matrix: Option<Rect>,
-    cell: f64,
+    square: f64,
     /// Room for names beside the matrix.
     names: f64,
     /// What stands for each setting where there's little room.
@@ -67,7 +70,7 @@ struct Labels {
 fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
     let layout = Layout::of(run);
     let notes = [vec![note(run)], caveats(run)].concat();
-    let caption = format!("{} {}", FIGURE.caption, notes.join(" "));
+    let caption = FIGURE.caption_with(run, &notes);
     paint(&FIGURE, layout.bottom + notes_height(&notes) + 6.0, caption, |area| {
         draw_dots(area, run, &layout)?;
         if let Some(matrix) = layout.matrix {
@@ -96,8 +99,8 @@ impl Layout {
         let dots = Rect { x: MARGIN + LEFT, y: TOP, width: n as f64 * slot, height: FRAME_HEIGHT };
         let left = if is_beside { dots.right() + 16.0 } else { 10.0 };
         let names = if has_letters { 300.0 } else { 120.0 };
-        let cell = ((PAGE - 10.0 - left - names) / n as f64).min(80.0);
-        let labels = Labels::of(run, [slot, cell, names], has_letters);
+        let square = ((PAGE - 10.0 - left - names) / n as f64).min(80.0);
+        let labels = Labels::of(run, [slot, square, names], has_letters);
         let most = |of: &[Vec<String>]| of.iter().map(Vec::len).max().unwrap_or(1) as f64 * LINE;
         let below_dots =
             dots.bottom() + most(&labels.below_dots) + FACTS.len() as f64 * LINE + 30.0;
@@ -105,23 +108,23 @@ impl Layout {
         let matrix = (n > 1).then_some(Rect {
             x: left + names,
             y: if is_beside { TOP + 36.0 + above } else { below_dots + 36.0 + above },
-            width: n as f64 * cell,
-            height: n as f64 * cell,
+            width: n as f64 * square,
+            height: n as f64 * square,
         });
         let bottom = below_dots.max(matrix.map_or(0.0, |it| it.bottom() + 24.0));
-        Self { dots, matrix, cell, names, labels, bottom }
+        Self { dots, matrix, square, names, labels, bottom }
     }
 }
 
 impl Labels {
-    fn of(run: &Results, [slot, cell, names]: [f64; 3], has_letters: bool) -> Self {
+    fn of(run: &Results, [slot, square, names]: [f64; 3], has_letters: bool) -> Self {
         let lines = |most: f64| -> Vec<Vec<String>> {
             run.settings.iter().map(|it| setting_lines(&it.name, SMALL, most)).collect()
         };
         if !has_letters {
             return Self {
                 below_dots: lines(slot - 4.0),
-                above_matrix: lines(cell - 2.0),
+                above_matrix: lines(square - 2.0),
                 beside_matrix: lines(names - 14.0),
             };
         }
@@ -145,11 +148,13 @@ fn letter(i: usize) -> String {
 
 fn note(run: &Results) -> String {
     format!(
-        "R_Loc is the mean over an instance's last {} updates. Bar: interquartile mean with its \
+        "{} is the mean over a cell's last {} updates. Bar: interquartile mean with its \
          95 % interval (percentile bootstrap). No progress: the gain over the first {} updates is \
          less than a tenth of the run's largest, or not significant (Welch's t-test, 5 %). \
          Collapsed: the best window showed progress, and the last kept less than half of its gain.",
-        run.window, run.window
+        capitalised(&run.measure.symbol),
+        run.window,
+        run.window
     )
 }
 
@@ -168,9 +173,9 @@ fn draw_dots(area: &Area<'_>, run: &Results, layout: &Layout) -> Result<(), Erro
         for (i, setting) in run.settings.iter().enumerate() {
             let values = setting.last();
             let offsets = offsets(&values, &y, frame.height, 0.33 * slot);
-            for ((instance, value), offset) in setting.instances.iter().zip(&values).zip(offsets) {
+            for ((cell, value), offset) in setting.cells.iter().zip(&values).zip(offsets) {
                 let at = (i as f64 + 0.36 + offset / slot, *value);
-                let style = match instance.outcome.is_behind {
+                let style = match cell.outcome.is_behind {
                     true => stroke(BLUE.mix(0.8), 1.2),
                     false => BLUE.mix(0.55).filled(),
                 };
@@ -189,7 +194,7 @@ fn draw_dots(area: &Area<'_>, run: &Results, layout: &Layout) -> Result<(), Erro
         draw_iqm(area, middle + 0.33 * slot, py(iqm.value), ends)?;
     }
     draw_facts(area, run, frame, &layout.labels.below_dots)?;
-    write_y_label(area, frame, "R_Loc", "m per control step")
+    write_y_label(area, frame, &run.measure.symbol, &run.measure.axis_unit())
 }
 
 /// How far to move dots sideways so that they don't cover each other, in px; closer where there are
@@ -231,7 +236,7 @@ fn draw_iqm(area: &Area<'_>, x: f64, iqm: f64, ends: Option<[f64; 2]>) -> Result
 type Fact = (&'static str, fn(&Setting) -> String);
 
 const FACTS: [Fact; 3] = [
-    ("instances", |setting| setting.instances.len().to_string()),
+    ("cells", |setting| setting.cells.len().to_string()),
     ("no progress %", |it| percent(share(it, |it| it.outcome.progressed.map(|it| !it)))),
     ("collapsed %", |it| percent(share(it, |it| it.outcome.collapsed))),
 ];
@@ -267,32 +272,36 @@ fn draw_facts(
 }
 
 fn draw_matrix(area: &Area<'_>, run: &Results, frame: Rect, layout: &Layout) -> Result<(), Error> {
-    let Layout { cell, labels, .. } = layout;
+    let Layout { square, labels, .. } = layout;
     let n_lines = labels.above_matrix.iter().map(Vec::len).max().unwrap_or(1) as f64;
     let left = frame.x - layout.names;
-    let title = wrap(MATRIX, NORMAL, PAGE - left - 10.0);
+    let title = format!(
+        "Probability that a cell of the row has a higher {} than one of the column",
+        run.measure.symbol
+    );
+    let title = wrap(&title, NORMAL, PAGE - left - 10.0);
     for (i, text) in title.iter().rev().enumerate() {
         let y = frame.y - 24.0 - n_lines * LINE - i as f64 * 19.0;
         write(area, text, (left, y), &font(NORMAL, INK, HPos::Left))?;
     }
     let names = labels.beside_matrix.iter().zip(&labels.above_matrix);
     for (i, (name, lines)) in names.enumerate() {
-        let y = frame.y + (i as f64 + 0.5) * cell;
+        let y = frame.y + (i as f64 + 0.5) * square;
         for (k, text) in name.iter().enumerate() {
             let at = (frame.x - 8.0, y + (k as f64 - (name.len() as f64 - 1.0) / 2.0) * LINE);
             write(area, text, at, &font(SMALL, INK, HPos::Right))?;
         }
-        let x = frame.x + (i as f64 + 0.5) * cell;
+        let x = frame.x + (i as f64 + 0.5) * square;
         for (k, text) in lines.iter().rev().enumerate() {
             let at = (x, frame.y - 10.0 - k as f64 * LINE);
             write(area, text, at, &font(SMALL, INK, HPos::Center))?;
         }
         for j in 0..run.settings.len() {
-            let corner = (frame.x + j as f64 * cell, frame.y + i as f64 * cell);
+            let corner = (frame.x + j as f64 * square, frame.y + i as f64 * square);
             match (i != j).then(|| improvement_of(&run.settings, i, j)) {
-                Some(Some(value)) => draw_cell(area, corner, *cell, value)?,
-                Some(None) => draw_empty(area, corner, *cell, &["one", "instance"])?,
-                None => draw_empty(area, corner, *cell, &[])?,
+                Some(Some(value)) => draw_square(area, corner, *square, value)?,
+                Some(None) => draw_empty(area, corner, *square, &["one", "cell"])?,
+                None => draw_empty(area, corner, *square, &[])?,
             }
         }
     }
@@ -300,37 +309,37 @@ fn draw_matrix(area: &Area<'_>, run: &Results, frame: Rect, layout: &Layout) -> 
 }
 
 /// A square of the matrix.
-fn corners((x, y): (f64, f64), cell: f64) -> [(f64, f64); 4] {
-    let (right, bottom) = (x + cell - 1.0, y + cell - 1.0);
+fn corners((x, y): (f64, f64), square: f64) -> [(f64, f64); 4] {
+    let (right, bottom) = (x + square - 1.0, y + square - 1.0);
     [(x, y), (right, y), (right, bottom), (x, bottom)]
 }
 
 /// What has no number, and why, if there's room for it.
-fn draw_empty(area: &Area<'_>, at: (f64, f64), cell: f64, why: &[&str]) -> Result<(), Error> {
-    fill(area, &corners(at, cell), FAINT)?;
-    let has_room = cell > WITH_INTERVALS;
+fn draw_empty(area: &Area<'_>, at: (f64, f64), square: f64, why: &[&str]) -> Result<(), Error> {
+    fill(area, &corners(at, square), FAINT)?;
+    let has_room = square > WITH_INTERVALS;
     for (k, text) in why.iter().enumerate().filter(|_| has_room) {
-        let y = at.1 + cell / 2.0 + (k as f64 - 0.5) * 14.0;
-        write(area, text, (at.0 + cell / 2.0, y), &font(12.0, INK, HPos::Center))?;
+        let y = at.1 + square / 2.0 + (k as f64 - 0.5) * 14.0;
+        write(area, text, (at.0 + square / 2.0, y), &font(12.0, INK, HPos::Center))?;
     }
     Ok(())
 }
 
-fn draw_cell(area: &Area<'_>, at: (f64, f64), cell: f64, value: Estimate) -> Result<(), Error> {
+fn draw_square(area: &Area<'_>, at: (f64, f64), square: f64, value: Estimate) -> Result<(), Error> {
     let Estimate { value: probability, interval } = value;
-    fill(area, &corners(at, cell), shade(probability))?;
-    if cell < SMALLEST_WITH_NUMBERS {
+    fill(area, &corners(at, square), shade(probability))?;
+    if square < SMALLEST_WITH_NUMBERS {
         return Ok(());
     }
     let strength = (probability - 0.5).abs();
     let ink = if strength > 0.4 { RGBColor(255, 255, 255) } else { INK };
-    let middle = (at.0 + cell / 2.0, at.1 + cell / 2.0);
-    let interval = interval.filter(|_| cell > WITH_INTERVALS);
+    let middle = (at.0 + square / 2.0, at.1 + square / 2.0);
+    let interval = interval.filter(|_| square > WITH_INTERVALS);
     let up = if interval.is_some() { 7.0 } else { 0.0 };
     let text = format!("{probability:.2}");
     write(area, &text, (middle.0, middle.1 - up), &font(NORMAL, ink, HPos::Center))?;
     if let Some(interval) = interval {
-        // Without its zeros it has a place in a cell.
+        // Without its zeros it has a place in a square.
         let text = format!("{:.2}–{:.2}", interval.low, interval.high).replace("0.", ".");
         write(area, &text, (middle.0, middle.1 + 11.0), &font(12.0, ink, HPos::Center))?;
     }
@@ -368,11 +377,11 @@ mod tests {
             draw(&run_of(&settings), &Options::default()).unwrap()
         };
         let (one, two, six) = (of(1), of(2), of(6));
-        assert!(one.svg.contains("\ninstance\n") && !one.svg.contains("\n0.50\n"));
+        assert!(one.svg.contains("\ncell\n") && !one.svg.contains("\n0.50\n"));
         assert!(two.svg.contains("\n0.50\n") && !two.svg.contains('–'));
         assert!(six.svg.contains("\n0.50\n") && six.svg.contains('–'));
-        assert!(one.caption.contains("One instance") && !two.caption.contains("One instance"));
-        assert!(two.caption.contains("Fewer than 6 instances") && !six.caption.contains("Fewer"));
+        assert!(one.caption.contains("One cell") && !two.caption.contains("One cell"));
+        assert!(two.caption.contains("Fewer than 6 cells") && !six.caption.contains("Fewer"));
     }
 
     #[test]

@@ -1,4 +1,5 @@
-//! Learning curves (the paper's figure 2): a column a setting, rows R, R_MI and R_Loc over updates.
+//! Learning curves (the paper's figure 2): a column a setting, rows R, R_MI and what the run is
+//! judged by, the paper's R_Loc, over updates.
 
 use plotters::{
     element::{PathElement, Polygon},
@@ -6,21 +7,25 @@ use plotters::{
 };
 
 use super::{
-    Drawing, Error, Figure, Instance, Options, Results, Setting,
+    CellResults, Drawing, Error, Figure, Measure, Options, Results, Setting,
     axis::{Axis, BELOW, Chart, LEFT, Panel},
     canvas::{
         Area, BLUE, GREEN, INK, NORMAL, PAGE, Rect, SMALL, VERMILLION, fill, font, line,
         notes_height, paint, room, setting_lines, stroke, write, write_notes, write_y_label,
     },
-    curves::{Spread, spreads, window_for},
+    curves::{QUARTILES, Spread, spreads, window_for, window_means},
 };
 
 pub(super) const FIGURE: Figure = Figure {
     name: "learning-curves",
-    title: "Learning curves",
-    caption: "Reward R, mutual information R_MI and locomotion R_Loc over updates for each setting: \
-              quartiles, the middle half and the mean of its instances, each smoothed by means \
-              over windows.",
+    title: |_| "Learning curves".into(),
+    caption: |measure| {
+        format!(
+            "Reward R, mutual information R_MI and {} over updates for each setting: quartiles, the \
+             middle half and the mean of its cells, each smoothed by means over windows.",
+            measure.name()
+        )
+    },
     draw,
     tables: |_| Vec::new(),
 };
@@ -38,37 +43,39 @@ const MARGIN: f64 = 44.0;
 
 /// One of the three rows.
 struct Quantity {
-    label: &'static str,
-    unit: &'static str,
+    label: String,
+    unit: String,
     color: RGBColor,
-    column: fn(&Instance) -> &[f64],
+    column: fn(&CellResults) -> &[f64],
     /// Whether all settings have it in the same unit, and so the same axis.
     is_shared: bool,
 }
 
-const QUANTITIES: [Quantity; 3] = [
-    Quantity {
-        label: "R",
-        unit: "reward",
-        color: GREEN,
-        column: |instance| &instance.reward,
-        is_shared: false,
-    },
-    Quantity {
-        label: "R_MI",
-        unit: "nats per variable",
-        color: VERMILLION,
-        column: |instance| &instance.information_nats,
-        is_shared: true,
-    },
-    Quantity {
-        label: "R_Loc",
-        unit: "m per control step",
-        color: BLUE,
-        column: |instance| &instance.locomotion_m,
-        is_shared: true,
-    },
-];
+fn quantities(measure: &Measure) -> [Quantity; 3] {
+    [
+        Quantity {
+            label: "R".into(),
+            unit: "reward".into(),
+            color: GREEN,
+            column: |cell| &cell.reward,
+            is_shared: false,
+        },
+        Quantity {
+            label: "R_MI".into(),
+            unit: "nats per variable".into(),
+            color: VERMILLION,
+            column: |cell| &cell.intrinsic_nats,
+            is_shared: true,
+        },
+        Quantity {
+            label: measure.symbol.clone(),
+            unit: measure.axis_unit(),
+            color: BLUE,
+            column: |cell| &cell.performance,
+            is_shared: true,
+        },
+    ]
+}
 
 /// Columns in bands, one below another.
 struct Layout {
@@ -79,21 +86,24 @@ struct Layout {
 
 fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
     let w = window_for(run.longest(), POINTS.min(ALL_POINTS / run.settings.len()).max(30));
-    let curves: Vec<Vec<_>> = QUANTITIES
+    let quantities = quantities(&run.measure);
+    let curves: Vec<Vec<_>> = quantities
         .iter()
         .map(|quantity| {
-            let columns =
-                |setting: &Setting| spreads(setting.instances.iter().map(quantity.column), w);
-            run.settings.iter().map(columns).collect()
+            let of_setting = |setting: &Setting| {
+                let columns = setting.cells.iter().map(quantity.column);
+                spreads(&columns.map(|it| window_means(it, w)).collect::<Vec<_>>(), QUARTILES)
+            };
+            run.settings.iter().map(of_setting).collect()
         })
         .collect();
     let layout = Layout::of(run);
-    let notes = [note(w)];
+    let notes = run.with_caveat(vec![note(w)]);
     let n_bands = run.settings.len().div_ceil(layout.n_columns) as f64;
     let height = n_bands * layout.band() + 26.0 + notes_height(&notes) + 18.0;
-    let caption = format!("{} {}", FIGURE.caption, notes.join(" "));
+    let caption = FIGURE.caption_with(run, &notes);
     paint(&FIGURE, height, caption, |area| {
-        for (quantity, (row, curves)) in QUANTITIES.iter().zip(curves.iter().enumerate()) {
+        for (quantity, (row, curves)) in quantities.iter().zip(curves.iter().enumerate()) {
             draw_row(area, run, &layout, (row, quantity), curves)?;
         }
         let y = n_bands * layout.band() + 12.0;
@@ -105,10 +115,10 @@ fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
 fn note(w: usize) -> String {
     let smoothing = match w {
         1 => "Nothing is smoothed: each point is an update.".to_owned(),
-        _ => format!("Each instance is smoothed first: a point is its mean over {w} updates."),
+        _ => format!("Each cell is smoothed first: a point is its mean over {w} updates."),
     };
     format!(
-        "{smoothing} At each point the instances count that have come so far. R has an axis of its \
+        "{smoothing} At each point the cells count that have come so far. R has an axis of its \
          own for each setting, which rewards something else."
     )
 }
@@ -152,7 +162,7 @@ fn draw_row(
     curves: &[Vec<Spread>],
 ) -> Result<(), Error> {
     let values = |spread: &Spread| {
-        let [low, median, high] = spread.quartiles;
+        let [low, median, high] = spread.quantiles;
         [low, median, high, spread.mean]
     };
     let shared = Axis::around(curves.iter().flatten().flat_map(values), 6);
@@ -167,9 +177,9 @@ fn draw_row(
             Panel { frame, x: &x, y, x_numbers, y_numbers: is_first || !quantity.is_shared };
         panel.draw(area, |chart| draw_spreads(chart, curve, quantity.color))?;
         if is_first {
-            write_y_label(area, frame, quantity.label, quantity.unit)?;
+            write_y_label(area, frame, &quantity.label, &quantity.unit)?;
         }
-        let n = format!("n = {}", setting.instances.len());
+        let n = format!("n = {}", setting.cells.len());
         let at = (frame.right(), frame.y - 10.0);
         write(area, &n, at, &font(SMALL, INK, HPos::Right))?;
         if row == 0 {
@@ -193,7 +203,7 @@ fn draw_title(area: &Area<'_>, layout: &Layout, name: &str, frame: Rect) -> Resu
 }
 
 fn draw_spreads(chart: &mut Chart<'_, '_>, curve: &[Spread], color: RGBColor) -> Result<(), Error> {
-    let quartile = |i: usize| curve.iter().map(move |it| (it.update, it.quartiles[i]));
+    let quartile = |i: usize| curve.iter().map(move |it| (it.update, it.quantiles[i]));
     let around: Vec<_> = quartile(0).chain(quartile(2).rev()).collect();
     chart.draw_series([Polygon::new(around, color.mix(0.22))])?;
     for i in 0..3 {
@@ -205,11 +215,11 @@ fn draw_spreads(chart: &mut Chart<'_, '_>, curve: &[Spread], color: RGBColor) ->
     Ok(())
 }
 
-/// What the lines are, in the colours of R_Loc.
+/// What the lines are, in the colours of the last row.
 fn draw_legend(area: &Area<'_>, y: f64) -> Result<(), Error> {
     let mut x = 10.0;
     let [mean, middle, thin] =
-        ["mean", "middle half of the instances", "first quartile, median, third quartile"];
+        ["mean", "middle half of the cells", "first quartile, median, third quartile"];
     for (text, style) in
         [(mean, Some(stroke(BLUE, 2.5))), (middle, None), (thin, Some(stroke(INK.mix(0.75), 0.8)))]
     {

@@ -4,21 +4,23 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `results.rs`, `contacts.rs` | [`Results`]: a run folder as plain data: settings, instances, columns |
-//! | `outcome.rs` | [`Outcome`]: what an instance came to; the best and the median one |
+//! | `results.rs`, `contacts.rs` | [`Results`]: a run folder as plain data: settings, cells, columns |
+//! | `measure.rs` | [`Measure`]: what cells are judged by: the task's own value |
+//! | `outcome.rs` | [`Outcome`]: what a cell came to; the best and the median one |
 //! | [`statistics`] | quartiles, interquartile mean, bootstrap, correlation |
 //! | `tables.rs` | [`Table`]: the numbers beside the figures |
 //! | `curves.rs`, `numbers.rs` | smoothing, quartiles over time; numbers as people read them |
 //! | `canvas.rs`, `axis.rs` | the page, the font, the axes |
-//! | `robot.rs`, `learning_curves.rs`, `close_up.rs`, `feet.rs`, `scatter.rs`, `final_values.rs` | one figure each |
+//! | `robot.rs`, `learning_curves.rs`, `close_up.rs`, `feet.rs`, `scatter.rs`, `final_values.rs`, `health.rs` | one figure each |
 //!
 //! ```no_run
-//! use figures::{FIGURES, Options, Results, draw};
+//! use figures::{FIGURES, Measure, Options, Results, draw};
 //!
 //! let run = runs::Run::open("runs/quick".as_ref())?;
 //! // Whoever knows the experiment asks for rows that its checkpoints vouch for; these are as they lie.
 //! let rows = |cell: &runs::Cell| runs::read_all(&run.cell(cell).metrics());
-//! let (results, omitted) = Results::read(&run, &rows, &|_read, _cells| {})?;
+//! let measure = Measure::of_task("locomotion", "R_Loc", "m");
+//! let (results, omitted) = Results::read(&run, measure, &rows, &|_read, _cells| {})?;
 //! omitted.iter().for_each(|it| eprintln!("{it}"));
 //! for figure in &FIGURES {
 //!     std::fs::write(format!("{}.svg", figure.name), draw(&results, figure, &Options::default())?.svg)?;
@@ -39,7 +41,9 @@ mod contacts;
 mod curves;
 mod feet;
 mod final_values;
+mod health;
 mod learning_curves;
+mod measure;
 mod numbers;
 mod outcome;
 mod plain;
@@ -55,23 +59,25 @@ mod example;
 use std::path::PathBuf;
 
 pub use contacts::Contacts;
-pub use numbers::grouped;
+pub use measure::Measure;
+pub use numbers::{capitalised, grouped};
 pub use outcome::{Choice, Outcome, best_and_median, tenth_of};
 pub use plain::plain;
-pub use results::{Instance, Omitted, Results, Setting};
+pub use results::{CellResults, Omitted, Results, Setting};
 pub use tables::Table;
 pub use tables::caveats;
 
 use outcome::choice;
 
-/// The figures, in the order of the paper.
-pub const FIGURES: [Figure; 6] = [
+/// The figures: those of the paper in its order, then ours.
+pub const FIGURES: [Figure; 7] = [
     robot::FIGURE,
     learning_curves::FIGURE,
     close_up::FIGURE,
     feet::FIGURE,
     scatter::FIGURE,
     final_values::FIGURE,
+    health::FIGURE,
 ];
 
 /// A kind of figure.
@@ -79,10 +85,8 @@ pub const FIGURES: [Figure; 6] = [
 pub struct Figure {
     /// As it's asked for, and its files are named.
     pub name: &'static str,
-    /// In a few words.
-    pub title: &'static str,
-    /// What is drawn, in a sentence.
-    pub caption: &'static str,
+    title: fn(&Measure) -> String,
+    caption: fn(&Measure) -> String,
     draw: fn(&Results, &Options) -> Result<Drawing, Error>,
     tables: fn(&Results) -> Vec<Table>,
 }
@@ -90,10 +94,10 @@ pub struct Figure {
 /// What may be chosen.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// The settings of `close-up`; empty: the one with the highest mean R_Loc in the last window,
-    /// and the last one of the sweep.
+    /// The settings of `close-up`; empty: the one with the highest mean of the last window, and
+    /// the last one of the sweep.
     pub settings: Vec<String>,
-    /// Whether `feet` shows the two best instances of a setting in place of the best and the median.
+    /// Whether `feet` shows the two best cells of a setting in place of the best and the median.
     pub two_best: bool,
 }
 
@@ -136,6 +140,23 @@ pub fn draw(run: &Results, figure: &Figure, options: &Options) -> Result<Drawing
 }
 
 impl Figure {
+    /// What it shows of a run that is judged so, in a few words.
+    #[must_use]
+    pub fn title(&self, measure: &Measure) -> String {
+        (self.title)(measure)
+    }
+
+    /// What is drawn, in a sentence.
+    #[must_use]
+    pub fn caption(&self, measure: &Measure) -> String {
+        (self.caption)(measure)
+    }
+
+    /// The caption with what is particular to a run.
+    fn caption_with(&self, run: &Results, notes: &[String]) -> String {
+        format!("{} {}", self.caption(&run.measure), notes.join(" "))
+    }
+
     /// The numbers beside it.
     #[must_use]
     pub fn tables(&self, run: &Results) -> Vec<Table> {
@@ -208,10 +229,10 @@ impl<E: std::error::Error + Send + Sync> From<plotters::drawing::DrawingAreaErro
 #[cfg(test)]
 mod tests {
     use super::*;
-    use example::run_of;
+    use example::{locomotion, run_of};
 
     /// Made-up curves that differ and have up to `n` updates.
-    fn made_up(n_settings: usize, n_instances: usize, n: usize) -> Results {
+    fn made_up(n_settings: usize, n_cells: usize, n: usize) -> Results {
         let curve = |i: usize, j: usize| -> Vec<f64> {
             let n = if j % 3 == 2 { n.div_ceil(2) } else { n };
             (0..n).map(|t| ((1 + i + j) * (1 + t) % 97) as f64 * 1e-3).collect()
@@ -220,11 +241,11 @@ mod tests {
         let settings: Vec<_> = names
             .iter()
             .enumerate()
-            .map(|(i, name)| (name.as_str(), (0..n_instances).map(|j| curve(i, j)).collect()))
+            .map(|(i, name)| (name.as_str(), (0..n_cells).map(|j| curve(i, j)).collect()))
             .collect();
         let mut run = run_of(&settings);
-        for instance in run.settings.iter_mut().flat_map(|setting| &mut setting.instances) {
-            instance.contacts = Some(Contacts {
+        for cell in run.settings.iter_mut().flat_map(|setting| &mut setting.cells) {
+            cell.contacts = Some(Contacts {
                 feet: vec!["left <foot>".into(), "right foot".into()],
                 seconds_per_step: 0.1,
                 touching: (0..500).map(|i| i * i % 7 < 3).collect(),
@@ -238,16 +259,16 @@ mod tests {
         figure.name != robot::FIGURE.name
     }
 
-    /// The contract of every figure: any number of settings, instances and updates gives a small
+    /// The contract of every figure: any number of settings, cells and updates gives a small
     /// SVG of the size that it says, the same one each time.
     #[test]
     fn every_figure_draws_any_run() {
-        for (n_settings, n_instances, n) in
+        for (n_settings, n_cells, n) in
             [(1, 1, 1), (1, 2, 2), (7, 3, 40), (12, 30, 500), (40, 1, 9)]
         {
-            let run = made_up(n_settings, n_instances, n);
+            let run = made_up(n_settings, n_cells, n);
             for figure in FIGURES.iter().filter(of_numbers) {
-                let what = format!("{} of {n_settings} x {n_instances} x {n}", figure.name);
+                let what = format!("{} of {n_settings} x {n_cells} x {n}", figure.name);
                 let drawing = draw(&run, figure, &Options::default()).unwrap();
                 let document = resvg::usvg::roxmltree::Document::parse(&drawing.svg).expect(&what);
                 let root = document.root_element();
@@ -262,7 +283,7 @@ mod tests {
                 assert!(!texts.contains(&"NaN") && !texts.contains(&"inf"), "{what}");
                 let most = 300_000.max(25_000 * n_settings);
                 assert!(drawing.svg.len() < most, "{what}: {} bytes", drawing.svg.len());
-                assert!(drawing.caption.starts_with(figure.caption), "{what}");
+                assert!(drawing.caption.starts_with(&figure.caption(&run.measure)), "{what}");
                 assert_eq!(draw(&run, figure, &Options::default()).unwrap(), drawing, "{what}");
             }
         }
@@ -272,10 +293,11 @@ mod tests {
     fn numbers_of_any_size_are_drawn() {
         for value in [0.0, 1e100, -1e100, 1e-300, f64::MIN_POSITIVE] {
             let mut run = made_up(2, 2, 30);
-            for instance in run.settings.iter_mut().flat_map(|setting| &mut setting.instances) {
-                instance.locomotion_m.fill(value);
-                instance.information_nats[7] = value;
-                instance.reward[7] = -value;
+            for cell in run.settings.iter_mut().flat_map(|setting| &mut setting.cells) {
+                cell.performance.fill(value);
+                cell.columns.iter_mut().for_each(|it| it.fill(value));
+                cell.intrinsic_nats[7] = value;
+                cell.reward[7] = -value;
             }
             Outcome::judge(&mut run);
             for figure in FIGURES.iter().filter(of_numbers) {
@@ -291,7 +313,9 @@ mod tests {
         let document = include_str!("../../../docs/figures.md");
         for figure in &FIGURES {
             assert!(document.contains(&format!("\n## `{}`", figure.name)), "{}", figure.name);
-            assert!(!figure.title.is_empty() && figure.caption.ends_with('.'), "{}", figure.name);
+            let [title, caption] =
+                [Figure::title, Figure::caption].map(|of| of(figure, &locomotion()));
+            assert!(!title.is_empty() && caption.ends_with('.'), "{}", figure.name);
         }
         for table in tables(&made_up(2, 2, 20)) {
             assert!(document.contains(&format!("`{}.csv`", table.name)), "{}", table.name);

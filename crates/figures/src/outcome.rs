@@ -1,17 +1,18 @@
-//! What an instance came to: its first, best and last window of R_Loc, whether it made significant
-//! progress, whether it collapsed; and which instances of a setting are its best and its median.
+//! What a cell came to: its first, best and last window of what the run is judged by, whether it
+//! made significant progress, whether it collapsed; and which cells of a setting are its best and
+//! its median.
 //!
 //! The paper says that "more than half the instances did not make any significant progress" with
 //! the task's reward alone, and that "sometimes the performance drops sharply", and defines neither.
-//! Here, with the run's window of W updates and windows counted back from an instance's end:
+//! Here, with the run's window of W updates and windows counted back from a cell's end:
 //!
-//! - The *gain* of a window is its mean R_Loc minus that of the instance's first W updates; G is the
-//!   largest gain of all windows of all instances of the run.
+//! - The *gain* of a window is its mean minus that of the cell's first W updates; G is the
+//!   largest gain of all windows of all cells of the run.
 //! - A window shows *significant progress* if its gain is at least G/10, and larger than 0 by Welch's
 //!   one-sided t-test at 5 %. The test compares means of up to ten batches of each window, since
 //!   successive updates aren't independent. Without the first condition thousands of updates would
 //!   make the smallest gain significant; without the second, noise would count where G is small.
-//! - An instance made significant progress if its last window shows it.
+//! - A cell made significant progress if its last window shows it.
 //! - It *collapsed* if its best window shows it, and its last one has less than half of that gain.
 //!
 //! With fewer than 2 W updates, or W = 1, neither can be told.
@@ -19,7 +20,7 @@
 use std::ops::Range;
 
 use super::{
-    Instance, Results,
+    CellResults, Results,
     statistics::{mean, welch_p},
 };
 
@@ -36,24 +37,24 @@ pub fn tenth_of(updates: u64) -> u64 {
     (updates / 10).max(1)
 }
 
-/// What an instance came to. R_Loc in metres for each control step.
+/// What a cell came to, in the unit of the run's measure for each control step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// Mean R_Loc of the first window.
+    /// The mean of the first window.
     pub first: f64,
-    /// Mean R_Loc of the best window.
+    /// The mean of the best window.
     pub best: f64,
-    /// Mean R_Loc of the last window.
+    /// The mean of the last window.
     pub last: f64,
     /// Whether it made significant progress, if that can be told.
     pub progressed: Option<bool>,
     /// Whether it collapsed, if that can be told.
     pub collapsed: Option<bool>,
-    /// Whether it has fewer updates than the run's longest instance.
+    /// Whether it has fewer updates than the run's longest cell.
     pub is_behind: bool,
 }
 
-/// The windows of an instance.
+/// The windows of a cell.
 struct Windows {
     first: Range<usize>,
     best: Range<usize>,
@@ -61,21 +62,21 @@ struct Windows {
 }
 
 impl Outcome {
-    /// Fills in the run's window and the outcomes of all instances.
+    /// Fills in the run's window and the outcomes of all cells.
     pub(super) fn judge(run: &mut Results) {
         let longest = run.longest();
         let window = tenth_of(longest as u64) as usize;
         run.window = window;
-        let gain = |instance: &Instance| {
-            let values = &instance.locomotion_m;
+        let gain = |cell: &CellResults| {
+            let values = &cell.performance;
             let windows = Windows::of(values, window);
             mean(&values[windows.best]) - mean(&values[windows.first])
         };
-        let largest_gain = run.instances().map(gain).fold(0.0, f64::max);
-        for instance in run.settings.iter_mut().flat_map(|setting| &mut setting.instances) {
-            instance.outcome = Self {
-                is_behind: instance.updates() < longest,
-                ..Self::of(&instance.locomotion_m, window, largest_gain)
+        let largest_gain = run.cells().map(gain).fold(0.0, f64::max);
+        for cell in run.settings.iter_mut().flat_map(|setting| &mut setting.cells) {
+            cell.outcome = Self {
+                is_behind: cell.updates() < longest,
+                ..Self::of(&cell.performance, window, largest_gain)
             };
         }
     }
@@ -123,29 +124,28 @@ fn batches(values: &[f64]) -> Vec<f64> {
     (0..n_batches).map(|i| mean(&values[bound(i)..bound(i + 1)])).collect()
 }
 
-/// Which instances of a setting are looked at closely. Indices of its instances.
+/// Which cells of a setting are looked at closely. Indices of its cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Choice {
-    /// The highest last-window mean of R_Loc.
+    /// The highest last-window mean.
     pub best: usize,
-    /// The second highest; none with one instance.
+    /// The second highest; none with one cell.
     pub second: Option<usize>,
     /// The median one; of an even number the lower one of the two in the middle.
     pub median: usize,
 }
 
-/// Of some instances, at least one; equal ones in their order.
-pub(super) fn choice(instances: &[Instance]) -> Choice {
-    let mut order: Vec<_> = (0..instances.len()).collect();
-    order.sort_by(|&a, &b| instances[b].outcome.last.total_cmp(&instances[a].outcome.last));
+/// Of some cells, at least one; equal ones in their order.
+pub(super) fn choice(cells: &[CellResults]) -> Choice {
+    let mut order: Vec<_> = (0..cells.len()).collect();
+    order.sort_by(|&a, &b| cells[b].outcome.last.total_cmp(&cells[a].outcome.last));
     Choice { best: order[0], second: order.get(1).copied(), median: order[order.len() / 2] }
 }
 
-/// The best, the second best and the median instance of each setting, by the mean R_Loc of the last
-/// window.
+/// The best, the second best and the median cell of each setting, by the mean of the last window.
 #[must_use]
 pub fn best_and_median(run: &Results) -> Vec<Choice> {
-    run.settings.iter().map(|setting| choice(&setting.instances)).collect()
+    run.settings.iter().map(|setting| choice(&setting.cells)).collect()
 }
 
 #[cfg(test)]
@@ -161,7 +161,7 @@ mod tests {
 
     fn outcomes(curves: Vec<Vec<f64>>) -> Vec<Outcome> {
         let run = run_of(&[("xi=1", curves)]);
-        run.instances().map(|instance| instance.outcome).collect()
+        run.cells().map(|cell| cell.outcome).collect()
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! A run folder as figures need it: settings, their instances, columns of numbers.
+//! A run folder as figures need it: settings, their cells, columns of numbers.
 //!
 //! Only recorded files are read, and nothing is written. What can't be read is left out and named.
 
@@ -10,7 +10,7 @@ use std::{
 
 use runs::{Cell, CellFolder, Recording, Row, Run};
 
-use super::{Contacts, Error, Outcome, choice};
+use super::{Contacts, Error, Measure, Outcome, choice, curves::Thinned};
 
 /// Beyond it a number isn't one that learning gives, and its square has no place in an f64.
 const LARGEST: f64 = 1e100;
@@ -20,27 +20,29 @@ const LARGEST: f64 = 1e100;
 pub struct Results {
     /// The run's folder.
     pub folder: PathBuf,
-    /// The settings that have an instance, in the order of the sweep.
+    /// What its cells are judged by.
+    pub measure: Measure,
+    /// The settings that have a cell with an update, in the order of the sweep.
     pub settings: Vec<Setting>,
-    /// Updates of the first and of the last window, by which instances are judged: a tenth of those
-    /// of the longest instance, at least 1.
+    /// Updates of the first and of the last window, by which cells are judged: a tenth of those
+    /// of the longest cell, at least 1.
     pub window: usize,
 }
 
-/// The instances of one setting.
+/// The cells of one setting.
 #[derive(Clone, Debug)]
 pub struct Setting {
     /// The name of its folder, `xi=0.75,power=2`.
     pub name: String,
     /// Those that have an update, in the order of their seeds in the experiment.
-    pub instances: Vec<Instance>,
+    pub cells: Vec<CellResults>,
 }
 
-/// One training instance. Its columns have one value an update, at least one.
+/// What a cell has recorded. Its columns have one value an update, at least one.
 #[derive(Clone, Debug)]
-pub struct Instance {
-    /// The name of its cell, `xi=0.75/seed=3`.
-    pub cell: String,
+pub struct CellResults {
+    /// The name of its folder, `xi=0.75/seed=3`.
+    pub name: String,
     /// The seed that its random numbers come from.
     pub seed: u64,
     /// The cell's folder.
@@ -48,12 +50,14 @@ pub struct Instance {
     /// R, the reward that is optimised.
     pub reward: Vec<f64>,
     /// R_MI, nats for each variable.
-    pub information_nats: Vec<f64>,
-    /// R_Loc, metres for each control step.
-    pub locomotion_m: Vec<f64>,
+    pub intrinsic_nats: Vec<f64>,
+    /// What it's judged by: the run's measure.
+    pub performance: Vec<f64>,
+    /// All columns of the metrics, in their order, as thin as they're drawn.
+    pub(crate) columns: Vec<Thinned>,
     /// The outcome of its training so far.
     pub outcome: Outcome,
-    /// The feet of the last control steps; only read for instances that [`best_and_median`] has.
+    /// The feet of the last control steps; only read for cells that [`best_and_median`] has.
     ///
     /// [`best_and_median`]: super::best_and_median
     pub contacts: Option<Contacts>,
@@ -83,72 +87,77 @@ impl std::fmt::Display for Omitted {
 }
 
 impl Results {
-    /// Reads a run, finished or not. `rows` gives all rows of a cell that can be believed, and
-    /// `progress` is told how many of how many cells are read: both from any thread.
+    /// Reads a run, finished or not, whose cells are judged by `measure`. `rows` gives all rows
+    /// of a cell that can be believed, and `progress` is told how many of how many cells are read:
+    /// both from any thread.
     ///
     /// # Errors
     /// If there's no update in it yet.
     pub fn read(
         run: &Run,
+        measure: Measure,
         rows: &(dyn Fn(&Cell) -> Result<Vec<Row>, runs::Error> + Sync),
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<(Self, Vec<Omitted>), Error> {
         let folder = run.folder();
         let cells = &run.manifest().cells;
         let n_read = AtomicUsize::new(0);
-        let instances = runs::parallel::map(cells, |cell| {
-            let read = Instance::read(cell, run.cell(cell), rows);
+        let all = runs::parallel::map(cells, |cell| {
+            let read = CellResults::read(cell, run.cell(cell), &measure, rows);
             progress(n_read.fetch_add(1, Ordering::Relaxed) + 1, cells.len());
             read
         });
         let mut omitted = Vec::new();
         let mut settings: Vec<Setting> = Vec::new();
-        for (cell, read) in cells.iter().zip(instances) {
-            let instance = match read {
-                Ok(instance) => instance,
+        for (cell, read) in cells.iter().zip(all) {
+            let read = match read {
+                Ok(read) => read,
                 Err(error) => {
                     omitted.push(Omitted::new(cell.folder(), &error));
                     None
                 }
             };
-            let Some(instance) = instance else { continue };
+            let Some(read) = read else { continue };
             match settings.iter_mut().find(|setting| setting.name == cell.setting) {
-                Some(setting) => setting.instances.push(instance),
-                None => {
-                    settings.push(Setting { name: cell.setting.clone(), instances: vec![instance] })
-                }
+                Some(setting) => setting.cells.push(read),
+                None => settings.push(Setting { name: cell.setting.clone(), cells: vec![read] }),
             }
         }
         if settings.is_empty() {
             return Err(Error::Empty { folder: folder.into(), omitted });
         }
-        let mut read = Self { folder: folder.into(), settings, window: 1 };
+        let mut read = Self { folder: folder.into(), measure, settings, window: 1 };
         Outcome::judge(&mut read);
         read.read_contacts(&mut omitted);
         Ok((read, omitted))
     }
 
-    /// All instances, setting by setting.
-    pub fn instances(&self) -> impl Iterator<Item = &Instance> + Clone {
-        self.settings.iter().flat_map(|setting| &setting.instances)
+    /// All cells, setting by setting.
+    pub fn cells(&self) -> impl Iterator<Item = &CellResults> + Clone {
+        self.settings.iter().flat_map(|setting| &setting.cells)
     }
 
-    /// Updates of the longest instance.
+    /// Notes, and why the run isn't judged by its task, if it isn't.
+    pub(crate) fn with_caveat(&self, notes: Vec<String>) -> Vec<String> {
+        notes.into_iter().chain(self.measure.caveat.clone()).collect()
+    }
+
+    /// Updates of the longest cell.
     #[must_use]
     pub fn longest(&self) -> usize {
-        self.instances().map(Instance::updates).max().unwrap_or(0)
+        self.cells().map(CellResults::updates).max().unwrap_or(0)
     }
 
     /// Only of those that may be drawn: a recording has some megabytes.
     fn read_contacts(&mut self, omitted: &mut Vec<Omitted>) {
         for setting in &mut self.settings {
-            let chosen = choice(&setting.instances);
+            let chosen = choice(&setting.cells);
             let indices = [Some(chosen.best), chosen.second, Some(chosen.median)];
             for index in indices.into_iter().flatten().collect::<BTreeSet<_>>() {
-                let instance = &mut setting.instances[index];
-                match Recording::read(&CellFolder::new(&instance.folder).replay()) {
-                    Ok(recording) => instance.contacts = recording.map(|it| Contacts::of(&it)),
-                    Err(error) => omitted.push(Omitted::new(&instance.cell, error)),
+                let cell = &mut setting.cells[index];
+                match Recording::read(&CellFolder::new(&cell.folder).replay()) {
+                    Ok(recording) => cell.contacts = recording.map(|it| Contacts::of(&it)),
+                    Err(error) => omitted.push(Omitted::new(&cell.name, error)),
                 }
             }
         }
@@ -156,38 +165,40 @@ impl Results {
 }
 
 impl Setting {
-    /// The last-window means of R_Loc, instance by instance.
+    /// The last-window means of the run's measure, cell by cell.
     #[must_use]
     pub fn last(&self) -> Vec<f64> {
-        self.instances.iter().map(|instance| instance.outcome.last).collect()
+        self.cells.iter().map(|cell| cell.outcome.last).collect()
     }
 }
 
-impl Instance {
+impl CellResults {
     /// The number of updates done.
     #[must_use]
     pub fn updates(&self) -> usize {
-        self.locomotion_m.len()
+        self.performance.len()
     }
 
     /// None if there's no update yet.
     fn read(
         cell: &Cell,
         folder: CellFolder,
+        measure: &Measure,
         rows: &(dyn Fn(&Cell) -> Result<Vec<Row>, runs::Error> + Sync),
     ) -> Result<Option<Self>, runs::Error> {
         let rows = rows(cell)?;
-        if let Some(what) = rows.iter().enumerate().find_map(|(i, row)| wrong(i, row)) {
+        if let Some(what) = rows.iter().enumerate().find_map(|(i, row)| wrong(i, row, measure)) {
             return Err(runs::Error::Damaged { path: folder.metrics(), what });
         }
         let column = |of: fn(&Row) -> f64| rows.iter().map(of).collect();
         Ok((!rows.is_empty()).then(|| Self {
-            cell: cell.folder(),
+            name: cell.folder(),
             seed: cell.seed,
             folder: folder.path().into(),
             reward: column(|row| row.reward),
-            information_nats: column(|row| row.information_nats),
-            locomotion_m: column(|row| row.locomotion_m),
+            intrinsic_nats: column(|row| row.intrinsic_nats),
+            performance: rows.iter().map(|row| measure.of(row)).collect(),
+            columns: Thinned::of(&rows),
             outcome: Outcome::default(),
             contacts: None,
         }))
@@ -195,12 +206,16 @@ impl Instance {
 }
 
 /// What is wrong with the row `i`, counted from 0, if anything.
-fn wrong(i: usize, row: &Row) -> Option<String> {
+fn wrong(i: usize, row: &Row, measure: &Measure) -> Option<String> {
     if row.update != i as u64 + 1 {
         return Some(format!("line {}: update {} expected, got {}", i + 2, i + 1, row.update));
     }
-    let values =
-        [("R", row.reward), ("R_MI_nats", row.information_nats), ("R_Loc", row.locomotion_m)];
+    let values = [
+        ("R", row.reward),
+        ("R_MI_nats", row.intrinsic_nats),
+        ("R_Loc", row.advance_m),
+        ("task", measure.of(row)),
+    ];
     let (name, value) =
         values.into_iter().find(|(_, value)| value.is_nan() || value.abs() > LARGEST)?;
     Some(format!("line {}: {name} must be within -1e100 to 1e100, got {value}", i + 2))
@@ -213,6 +228,7 @@ mod tests {
     use runs::{Bullet, NewRun, Precision};
 
     use super::*;
+    use crate::example::locomotion;
 
     /// A run folder of two settings with two seeds each, in which nothing was trained.
     fn run(folder: &Path) -> Run {
@@ -233,8 +249,8 @@ mod tests {
         Run::create(folder, &new).unwrap()
     }
 
-    fn rows(updates: impl IntoIterator<Item = u64>, locomotion_m: f64) -> Vec<Row> {
-        let row = |update| Row { update, locomotion_m, ..Row::default() };
+    fn rows(updates: impl IntoIterator<Item = u64>, advance_m: f64) -> Vec<Row> {
+        let row = |update| Row { update, advance_m, task: advance_m, ..Row::default() };
         updates.into_iter().map(row).collect()
     }
 
@@ -248,10 +264,10 @@ mod tests {
             2 => Ok(Vec::new()),
             _ => Ok(rows(1..=3, f64::NAN)),
         };
-        let (results, omitted) = Results::read(&run, &rows, &|_, _| {}).unwrap();
+        let (results, omitted) = Results::read(&run, locomotion(), &rows, &|_, _| {}).unwrap();
         let names: Vec<_> = results.settings.iter().map(|it| it.name.as_str()).collect();
         assert_eq!(names, ["xi=0"]);
-        assert_eq!(results.settings[0].instances[0].locomotion_m, [0.5; 3]);
+        assert_eq!(results.settings[0].cells[0].performance, [0.5; 3]);
         let [gap, nan] = &omitted[..] else { panic!("{omitted:?}") };
         assert!(gap.to_string().starts_with("xi=0/seed=2: left out: "), "{gap}");
         assert!(gap.reason.ends_with("damaged: line 3: update 2 expected, got 3"), "{gap}");
@@ -263,7 +279,7 @@ mod tests {
     fn a_run_without_an_update_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let run = run(&folder.path().join("run"));
-        let error = Results::read(&run, &|_| Ok(Vec::new()), &|_, _| {}).unwrap_err();
+        let error = Results::read(&run, locomotion(), &|_| Ok(Vec::new()), &|_, _| {}).unwrap_err();
         assert!(error.to_string().contains("no cell has an update yet"), "{error}");
     }
 }

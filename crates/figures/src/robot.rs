@@ -9,9 +9,12 @@ use super::{Drawing, Error, Figure, Options, Results};
 
 pub(super) const FIGURE: Figure = Figure {
     name: "robot",
-    title: "The robot",
-    caption: "Each of the run's models from its right, its front and above, to one scale, and as it \
-              stands there, in the pose that its file draws.",
+    title: |_| "The robot".into(),
+    caption: |_| {
+        "Each of the run's models from its right, its front and above, to one scale, and as it \
+         stands there, in the pose that its file draws."
+            .into()
+    },
     draw,
     tables: |_| Vec::new(),
 };
@@ -28,7 +31,7 @@ fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
     // As those of the other figures: two pixels a px.
     let [width, height] = [picture.width(), picture.height()].map(|pixels| pixels as u32 / 2);
     let names: Vec<_> = models.iter().map(Morphology::name).collect();
-    let caption = format!("{} Here: {}.", FIGURE.caption, names.join(", "));
+    let caption = FIGURE.caption_with(run, &[format!("Here: {}.", names.join(", "))]);
     let label = super::canvas::escaped(&caption);
     let data = STANDARD.encode(&png);
     let svg = format!(
@@ -69,7 +72,7 @@ mod tests {
     use runs::{Bullet, NewRun, Precision};
 
     use super::*;
-    use crate::example::run_of;
+    use crate::example::{locomotion, run_of};
 
     /// A run folder with these model files, and nothing trained in it.
     fn run(models: &[&str]) -> (tempfile::TempDir, Results) {
@@ -102,7 +105,7 @@ mod tests {
         assert_eq!(both.width, worm.width);
         assert!(both.height > worm.height + GAP as u32 / 2);
         assert!(both.caption.ends_with("Here: Worm, Hexapod."), "{}", both.caption);
-        assert!(both.caption.starts_with(FIGURE.caption));
+        assert!(both.caption.starts_with(&FIGURE.caption(&locomotion())));
         assert!(both.svg.contains("href=\"data:image/png;base64,iVBOR"));
         let png = both.png().unwrap();
         let reader = png::Decoder::new(std::io::Cursor::new(&png)).read_info().unwrap();

@@ -1,17 +1,17 @@
-//! Scatter (a figure of the paper's supplement): R_MI over R_Loc, a sliding-window curve for each
-//! instance, and how the two correlate.
+//! Scatter (a figure of the paper's supplement): R_MI over what the run is judged by, a
+//! sliding-window curve for each cell, and how the two correlate.
 
 use plotters::{
     element::{Circle, PathElement},
-    style::{Color, RGBColor, text_anchor::HPos},
+    style::{Color, text_anchor::HPos},
 };
 
 use super::{
-    Drawing, Error, Figure, Instance, Options, Results, Setting,
+    CellResults, Drawing, Error, Figure, Measure, Options, Results, Setting,
     axis::{Axis, BELOW, LEFT, Panel},
     canvas::{
-        Area, INK, NORMAL, PAGE, Rect, SMALL, font, grid, notes_height, paint, setting_lines,
-        stroke, write, write_notes, write_y_label,
+        Area, INK, NORMAL, PAGE, Rect, SMALL, VIRIDIS, font, grid, notes_height, paint,
+        setting_lines, stroke, write, write_notes, write_y_label,
     },
     curves::sliding_means,
     tables,
@@ -20,15 +20,20 @@ use crate::grouped;
 
 pub(super) const FIGURE: Figure = Figure {
     name: "scatter",
-    title: "R_MI against R_Loc",
-    caption: "Mutual information R_MI against locomotion R_Loc: a curve for each instance, of means \
-              over a sliding window, with a dot where it stands now; r is Pearson's correlation \
-              over the single updates of all instances.",
+    title: |measure| format!("R_MI against {}", measure.symbol),
+    caption: |measure| {
+        format!(
+            "Mutual information R_MI against {}: a curve for each cell, of means over a sliding \
+             window, with a dot where it stands now; r is Pearson's correlation over the single \
+             updates of all cells.",
+            measure.name()
+        )
+    },
     draw,
     tables: |run| vec![tables::correlation(run)],
 };
 
-/// The window is this part of the longest instance.
+/// The window is this part of the longest cell.
 const WINDOWS: usize = 20;
 /// Points of a curve, and of all curves together: so many that a file stays small.
 const POINTS: usize = 80;
@@ -39,27 +44,16 @@ const TITLE_LINE: f64 = 18.0;
 const MARGIN: f64 = 44.0;
 const GAP: f64 = 12.0;
 
-/// From early to late instances of a setting: steps of the palette viridis, without its lightest.
-const VIRIDIS: [RGBColor; 6] = [
-    RGBColor(68, 1, 84),
-    RGBColor(65, 68, 135),
-    RGBColor(42, 120, 142),
-    RGBColor(34, 168, 132),
-    RGBColor(122, 209, 81),
-    RGBColor(210, 180, 20),
-];
-
 fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
     let w = (run.longest() / WINDOWS).max(1);
-    let step = run.longest().div_ceil(POINTS.min(ALL_POINTS / run.instances().count()).max(10));
-    let curve = |instance: &Instance| -> Vec<(f64, f64)> {
+    let step = run.longest().div_ceil(POINTS.min(ALL_POINTS / run.cells().count()).max(10));
+    let curve = |cell: &CellResults| -> Vec<(f64, f64)> {
         let column = |values: &[f64]| sliding_means(values, w, step);
-        let pairs =
-            column(&instance.locomotion_m).into_iter().zip(column(&instance.information_nats));
+        let pairs = column(&cell.performance).into_iter().zip(column(&cell.intrinsic_nats));
         pairs.map(|([_, x], [_, y])| (x, y)).collect()
     };
     let curves: Vec<Vec<_>> =
-        run.settings.iter().map(|it| it.instances.iter().map(curve).collect()).collect();
+        run.settings.iter().map(|it| it.cells.iter().map(curve).collect()).collect();
     let points = || curves.iter().flatten().flatten();
 
     let n = run.settings.len();
@@ -73,8 +67,8 @@ fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
     let title = run.settings.iter().map(lines).max().unwrap_or(1) as f64 * TITLE_LINE + 28.0;
     let band = title + height + BELOW + 30.0;
     let n_bands = n.div_ceil(n_columns) as f64;
-    let notes = [note(run, w)];
-    let caption = format!("{} {}", FIGURE.caption, notes.join(" "));
+    let notes = run.with_caveat(vec![note(run, w)]);
+    let caption = FIGURE.caption_with(run, &notes);
     paint(&FIGURE, n_bands * band + notes_height(&notes) + 12.0, caption, |area| {
         for (i, (setting, curves)) in run.settings.iter().zip(&curves).enumerate() {
             let (row, column) = (i / n_columns, i % n_columns);
@@ -86,7 +80,7 @@ fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
             };
             let y_numbers = column == 0;
             let panel = Panel { frame, x: &x, y: &y, x_numbers: true, y_numbers };
-            draw_panel(area, &panel, setting, curves)?;
+            draw_panel(area, &panel, (&run.measure, setting), curves)?;
         }
         write_notes(area, n_bands * band + 6.0, &notes)
     })
@@ -101,10 +95,10 @@ fn correlation(settings: &[Setting]) -> String {
 }
 
 fn note(run: &Results, w: usize) -> String {
-    let n: usize = run.instances().map(Instance::updates).sum();
+    let n: usize = run.cells().map(CellResults::updates).sum();
     format!(
-        "Over all {} updates of all instances Pearson's {}. Curves are means over a sliding \
-         window of {w} {}, one for each instance, in a colour of its own; the dot is its end.",
+        "Over all {} updates of all cells Pearson's {}. Curves are means over a sliding \
+         window of {w} {}, one for each cell, in a colour of its own; the dot is its end.",
         grouped(n as u64),
         correlation(&run.settings),
         if w == 1 { "update" } else { "updates" }
@@ -114,9 +108,10 @@ fn note(run: &Results, w: usize) -> String {
 fn draw_panel(
     area: &Area<'_>,
     panel: &Panel<'_>,
-    setting: &Setting,
+    (measure, setting): (&Measure, &Setting),
     curves: &[Vec<(f64, f64)>],
 ) -> Result<(), Error> {
+    // From early to late cells of the setting.
     let color = |i: usize| VIRIDIS[i * VIRIDIS.len() / curves.len()];
     panel.draw(area, |chart| {
         for (i, curve) in curves.iter().enumerate() {
@@ -137,9 +132,10 @@ fn draw_panel(
     }
     let r = format!("n = {}, {}", curves.len(), correlation(std::slice::from_ref(setting)));
     write(area, &r, (frame.right(), frame.y - 10.0), &font(SMALL, INK, HPos::Right))?;
+    let Measure { symbol, unit, .. } = measure;
     let label = match panel.x.multiplier() {
-        Some(multiplier) => format!("R_Loc / {multiplier} m per step"),
-        None => "R_Loc / m per step".into(),
+        Some(multiplier) => format!("{symbol} / {multiplier} {unit} per step"),
+        None => format!("{symbol} / {unit} per step"),
     };
     let below = (middle, frame.bottom() + BELOW + 10.0);
     write(area, &label, below, &font(SMALL, INK, HPos::Center))?;

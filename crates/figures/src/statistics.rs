@@ -1,10 +1,10 @@
-//! Statistics of training instances, as reinforcement learning reports them.
+//! Statistics of cells, as reinforcement learning reports them.
 //!
 //! | what | definition |
 //! |---|---|
 //! | quantile | linear between order statistics: h = (n - 1) p, x_(h) (Hyndman and Fan 1996, type 7; NumPy's) |
 //! | interquartile mean (IQM) | mean without the floor(n/4) smallest and the floor(n/4) largest values |
-//! | interval | percentile bootstrap, instances drawn with replacement within each stratum |
+//! | interval | percentile bootstrap, cells drawn with replacement within each stratum |
 //! | probability of improvement | P(X > Y) + P(X = Y) / 2 over all pairs (Mann and Whitney 1947) |
 //! | Pearson | r = sum (x - mx)(y - my) / sqrt(sum (x - mx)^2 sum (y - my)^2) |
 //! | Welch | t = (ma - mb) / sqrt(va / na + vb / nb), degrees of freedom of Welch and Satterthwaite |
@@ -26,7 +26,7 @@ const SEED: u64 = 2021;
 /// Between these quantiles of the replicates lies the interval: 95 %.
 const LEVELS: [f64; 2] = [0.025, 0.975];
 
-/// Instances from which a 95 % interval can be told. Replicates of a mean or an IQM never leave the
+/// Cells from which a 95 % interval can be told. Replicates of a mean or an IQM never leave the
 /// sample's range, and with a probability of 2^(1-n) all n values lie on one side of what they are
 /// drawn around: 50 % of 2, 25 % of 3, still 6 % of 5.
 pub const FEWEST_FOR_INTERVAL: usize = 6;

@@ -2,13 +2,13 @@
 //!
 //! | table | a row |
 //! |---|---|
-//! | `instances` | an instance: windows, progress, collapse |
+//! | `instances` | a cell: windows, progress, collapse |
 //! | `settings` | a setting: the paper's findings as numbers, IQM with its interval |
 //! | `improvement` | two settings: how probably the first is better |
-//! | `correlation` | a setting, and all: Pearson's r of R_Loc and R_MI |
+//! | `correlation` | a setting, and all: Pearson's r of what the run is judged by and R_MI |
 
 use super::{
-    Instance, Results, Setting,
+    CellResults, Results, Setting,
     statistics::{
         FEWEST_FOR_INTERVAL, Interval, bootstrap, interquartile_mean, mean, pearson,
         probability_of_improvement, quantile, sorted,
@@ -25,7 +25,7 @@ pub struct Table {
     /// The name of its file, without `.csv`.
     pub name: &'static str,
     /// Names of the columns, with units.
-    pub header: Vec<&'static str>,
+    pub header: Vec<String>,
     /// As in the file. A number has as few digits as give the same f64 again; what can't be told is
     /// empty.
     pub rows: Vec<Vec<String>>,
@@ -42,7 +42,7 @@ impl Table {
         let line = |fields: &mut dyn Iterator<Item = &str>| {
             fields.map(field).collect::<Vec<_>>().join(",") + "\n"
         };
-        let header = line(&mut self.header.iter().copied());
+        let header = line(&mut self.header.iter().map(String::as_str));
         let rows = self.rows.iter().map(|row| line(&mut row.iter().map(String::as_str)));
         [header].into_iter().chain(rows).collect::<String>().into_bytes()
     }
@@ -52,7 +52,7 @@ fn number(value: f64) -> String {
     if value.is_finite() { format!("{value:?}") } else { String::new() }
 }
 
-/// A statistic of some instances, with its interval if they are enough for one.
+/// A statistic of some cells, with its interval if they are enough for one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Estimate {
     pub(super) value: f64,
@@ -60,7 +60,7 @@ pub(super) struct Estimate {
 }
 
 impl Estimate {
-    /// Of some strata of instances.
+    /// Of some strata of cells.
     fn of<const N: usize>(
         strata: [&[f64]; N],
         n_replicates: usize,
@@ -84,7 +84,7 @@ impl Estimate {
     }
 
     /// Value, lower end, upper end.
-    fn cells(this: Option<Self>) -> [String; 3] {
+    fn fields(this: Option<Self>) -> [String; 3] {
         let end = |of: fn(Interval) -> f64| {
             this.and_then(|it| it.interval).map_or(String::new(), |it| number(of(it)))
         };
@@ -93,39 +93,41 @@ impl Estimate {
     }
 }
 
-/// What can't be told of settings with few instances, in sentences.
+/// What can't be told of settings with few cells, or of several tasks, in sentences.
 pub fn caveats(run: &Results) -> Vec<String> {
-    let any = |few: fn(usize) -> bool| run.settings.iter().any(|it| few(it.instances.len()));
-    let one = "One instance of a setting gives neither an interval nor a probability.";
+    let any = |few: fn(usize) -> bool| run.settings.iter().any(|it| few(it.cells.len()));
+    let one = "One cell of a setting gives neither an interval nor a probability.";
     let few = format!(
-        "Fewer than {FEWEST_FOR_INTERVAL} instances give no 95 % interval: with a probability of \
+        "Fewer than {FEWEST_FOR_INTERVAL} cells give no 95 % interval: with a probability of \
          2^(1-n), more than 5 %, all n lie on one side of the median."
     );
     let one = any(|n| n == 1).then(|| one.to_owned());
-    one.into_iter().chain(any(|n| (2..FEWEST_FOR_INTERVAL).contains(&n)).then_some(few)).collect()
+    let few = any(|n| (2..FEWEST_FOR_INTERVAL).contains(&n)).then_some(few);
+    run.with_caveat(one.into_iter().chain(few).collect())
 }
 
 fn told(value: Option<bool>) -> String {
     value.map_or(String::new(), |value| value.to_string())
 }
 
-pub(super) fn instances(run: &Results) -> Table {
+pub(super) fn cells(run: &Results) -> Table {
+    let of = |what| run.measure.column(what);
     let header = vec![
-        "setting",
-        "seed",
-        "updates",
-        "R_Loc_first_window_m",
-        "R_Loc_best_window_m",
-        "R_Loc_last_window_m",
-        "significant_progress",
-        "collapsed",
+        "setting".into(),
+        "seed".into(),
+        "updates".into(),
+        of("first_window"),
+        of("best_window"),
+        of("last_window"),
+        "significant_progress".into(),
+        "collapsed".into(),
     ];
-    let row = |setting: &Setting, instance: &Instance| {
-        let outcome = &instance.outcome;
+    let row = |setting: &Setting, cell: &CellResults| {
+        let outcome = &cell.outcome;
         vec![
             setting.name.clone(),
-            instance.seed.to_string(),
-            instance.updates().to_string(),
+            cell.seed.to_string(),
+            cell.updates().to_string(),
             number(outcome.first),
             number(outcome.best),
             number(outcome.last),
@@ -136,29 +138,30 @@ pub(super) fn instances(run: &Results) -> Table {
     let rows = run
         .settings
         .iter()
-        .flat_map(|setting| setting.instances.iter().map(move |instance| row(setting, instance)));
+        .flat_map(|setting| setting.cells.iter().map(move |cell| row(setting, cell)));
     Table { name: "instances", header, rows: rows.collect() }
 }
 
 pub(super) fn settings(run: &Results) -> Table {
+    let of = |what| run.measure.column(what);
     let header = vec![
-        "setting",
-        "instances",
-        "instances_behind",
-        "window_updates",
-        "R_Loc_maximum_m",
-        "R_Loc_mean_m",
-        "R_Loc_median_m",
-        "R_Loc_IQM_m",
-        "R_Loc_IQM_low_m",
-        "R_Loc_IQM_high_m",
-        "share_without_significant_progress",
-        "share_collapsed",
+        "setting".into(),
+        "instances".into(),
+        "instances_behind".into(),
+        "window_updates".into(),
+        of("maximum"),
+        of("mean"),
+        of("median"),
+        of("IQM"),
+        of("IQM_low"),
+        of("IQM_high"),
+        "share_without_significant_progress".into(),
+        "share_collapsed".into(),
     ];
     let row = |setting: &Setting| {
         let values = sorted(&setting.last());
-        let [iqm, low, high] = Estimate::cells(Some(iqm(setting)));
-        let behind = setting.instances.iter().filter(|it| it.outcome.is_behind).count();
+        let [iqm, low, high] = Estimate::fields(Some(iqm(setting)));
+        let behind = setting.cells.iter().filter(|it| it.outcome.is_behind).count();
         vec![
             setting.name.clone(),
             values.len().to_string(),
@@ -177,19 +180,19 @@ pub(super) fn settings(run: &Results) -> Table {
     Table { name: "settings", header, rows: run.settings.iter().map(row).collect() }
 }
 
-/// Of the instances of which it can be told; NaN if there's none.
-pub(super) fn share(setting: &Setting, of: fn(&Instance) -> Option<bool>) -> f64 {
-    let told: Vec<_> = setting.instances.iter().filter_map(of).collect();
+/// Of the cells of which it can be told; NaN if there's none.
+pub(super) fn share(setting: &Setting, of: fn(&CellResults) -> Option<bool>) -> f64 {
+    let told: Vec<_> = setting.cells.iter().filter_map(of).collect();
     told.iter().filter(|&&it| it).count() as f64 / told.len() as f64
 }
 
-/// The interquartile mean of the last window's R_Loc over a setting's instances.
+/// The interquartile mean of the last windows of a setting's cells.
 pub(super) fn iqm(setting: &Setting) -> Estimate {
     Estimate::of([&setting.last()], IQM_REPLICATES, |[values]| interquartile_mean(values))
 }
 
-/// The probability that an instance of setting `i` has a higher last window than one of setting `j`;
-/// none if either has one instance only.
+/// The probability that a cell of setting `i` has a higher last window than one of setting `j`;
+/// none if either has one cell only.
 pub(super) fn improvement_of(settings: &[Setting], i: usize, j: usize) -> Option<Estimate> {
     if i > j {
         // So that the two directions agree: other random numbers would give another interval.
@@ -203,31 +206,34 @@ pub(super) fn improvement_of(settings: &[Setting], i: usize, j: usize) -> Option
 }
 
 pub(super) fn improvement(run: &Results) -> Table {
-    let header = vec!["setting", "over", "probability", "low", "high"];
+    let header = ["setting", "over", "probability", "low", "high"].map(str::to_owned).into();
     let settings = &run.settings;
     let pairs = (0..settings.len())
         .flat_map(|i| (0..settings.len()).map(move |j| (i, j)))
         .filter(|(i, j)| i != j);
     let row = |(i, j): (usize, usize)| {
         let names = [&settings[i], &settings[j]].map(|it| it.name.clone());
-        names.into_iter().chain(Estimate::cells(improvement_of(settings, i, j))).collect()
+        names.into_iter().chain(Estimate::fields(improvement_of(settings, i, j))).collect()
     };
     Table { name: "improvement", header, rows: pairs.map(row).collect() }
 }
 
-/// Pearson's r of R_Loc and R_MI over all updates of some settings' instances.
+/// Pearson's r of what the run is judged by and R_MI, over all updates of some settings' cells.
 pub(super) fn correlation_of(settings: &[Setting]) -> Option<f64> {
-    let instances = settings.iter().flat_map(|setting| &setting.instances);
-    pearson(instances.flat_map(|instance| {
-        instance.locomotion_m.iter().copied().zip(instance.information_nats.iter().copied())
-    }))
+    let cells = settings.iter().flat_map(|setting| &setting.cells);
+    pearson(
+        cells.flat_map(|cell| {
+            cell.performance.iter().copied().zip(cell.intrinsic_nats.iter().copied())
+        }),
+    )
 }
 
 pub(super) fn correlation(run: &Results) -> Table {
-    let header = vec!["setting", "updates", "pearson_R_Loc_R_MI"];
+    let r = format!("pearson_{}_R_MI", run.measure.symbol);
+    let header = vec!["setting".into(), "updates".into(), r];
     let row = |name: &str, settings: &[Setting]| {
-        let instances = settings.iter().flat_map(|setting| &setting.instances);
-        let updates: usize = instances.map(Instance::updates).sum();
+        let cells = settings.iter().flat_map(|setting| &setting.cells);
+        let updates: usize = cells.map(CellResults::updates).sum();
         vec![
             name.to_owned(),
             updates.to_string(),
@@ -293,10 +299,10 @@ mod tests {
         assert!(end(0, 0) < 0.375 && 0.375 < end(1, 0));
     }
 
-    /// A single instance would give a probability of 0, 1/2 or 1 with an interval of no width, and
+    /// A single cell would give a probability of 0, 1/2 or 1 with an interval of no width, and
     /// two an interval of all that they span.
     #[test]
-    fn few_instances_tell_little() {
+    fn few_cells_tell_little() {
         for n in 1..=7 {
             let run = counting(&[("a", n), ("b", 9)]);
             let (settings, improvement) = (settings(&run), improvement(&run));
@@ -312,7 +318,7 @@ mod tests {
                 assert_eq!(told, n > 5, "{name} of {n}");
             }
             let said = caveats(&run).concat();
-            assert_eq!(said.contains("One instance"), n == 1, "{said}");
+            assert_eq!(said.contains("One cell"), n == 1, "{said}");
             assert_eq!(said.contains("Fewer than 6"), (2..6).contains(&n), "{said}");
         }
     }
@@ -334,7 +340,7 @@ mod tests {
     fn what_cannot_be_told_is_empty_and_csv_is_quoted() {
         let mut short = run();
         short.settings.push(run_of(&[("e", vec![vec![1.0]])]).settings.remove(0));
-        let csv = String::from_utf8(instances(&short).csv()).unwrap();
+        let csv = String::from_utf8(cells(&short).csv()).unwrap();
         let lines: Vec<_> = csv.lines().collect();
         assert_eq!(lines[1], "a,1,20,0.0,1.0,1.0,true,false");
         assert_eq!(lines[5], "\"b,c=\"\"d\"\"\",1,20,0.0,2.0,2.0,true,false");

@@ -181,7 +181,7 @@ fn write_metrics(
         let r = loc.signum() * 100.0 * (loc.abs().powf(xi) * mi.powf(1.0 - xi)).powi(2);
         writeln!(
             out,
-            "{update},{},{r:?},{nats:?},{:?},{mi:?},{loc:?},{loc:?},0.0,{xi:?},{:?},{:?},0,0,{:?},{:?}",
+            "{update},{},{r:?},{nats:?},{:?},{mi:?},{loc:?},{loc:?},0.0,{xi:?},{:?},{:?},0,0,{:?},{:?},{loc:?}",
             update * 100,
             nats - 0.005,
             loc.abs() * 100.0,

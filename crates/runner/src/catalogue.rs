@@ -6,7 +6,7 @@
 use std::path::{Path, absolute};
 
 use anyhow::Context;
-use figures::{Omitted, Results};
+use figures::{Measure, Omitted, Results};
 use policy::Start;
 use runs::{CellFolder, CellStatus, Expected, FileCopy, Row, Run};
 use svenja::Morphology;
@@ -47,6 +47,27 @@ impl LabCell {
         let learning = &self.cell.experiment.learning;
         let (updates, steps_per_update) = (learning.updates, learning.control_steps_per_update());
         Expected { identity: self.identity, updates, steps_per_update }
+    }
+
+    /// The task's own value, by which the cell alone is judged.
+    #[must_use]
+    pub fn task(&self) -> Measure {
+        let settings = &self.cell.experiment.reward.extrinsic;
+        let task = settings.get();
+        Measure::of_task(settings.kind(), task.symbol(), task.unit())
+    }
+
+    /// A row as if its file had all columns: one from before there was `task` has the numbers that
+    /// the tasks of then were made of.
+    fn completed(&self, row: Row) -> Row {
+        let experiment = &self.cell.experiment;
+        let task = match experiment.reward.extrinsic.kind() {
+            _ if !row.task.is_nan() => row.task,
+            "locomotion" => row.advance_m,
+            "turning" => row.heading_change_rad / experiment.learning.steps_per_update as f64,
+            _ => f64::NAN,
+        };
+        Row { task, ..row }
     }
 }
 
@@ -150,12 +171,31 @@ impl Catalogue {
         models::read(&self.run, cell.model)
     }
 
-    /// All rows of a cell, as [`CellFolder::rows`].
+    /// All rows of a cell, as [`CellFolder::rows`], with the task's value in each.
     ///
     /// # Errors
     /// As [`CellFolder::rows`].
     pub fn rows(&self, cell: &LabCell) -> Result<Vec<Row>, runs::Error> {
-        self.expecting(cell, |expected| cell.folder.rows(expected))
+        let mut rows = self.expecting(cell, |expected| cell.folder.rows(expected))?;
+        rows.iter_mut().for_each(|row| *row = cell.completed(*row));
+        Ok(rows)
+    }
+
+    /// What the run's cells are judged by: their task's own value if they have the same task, else
+    /// R_Loc.
+    #[must_use]
+    pub fn measure(&self) -> Measure {
+        let mut tasks: Vec<&str> = Vec::new();
+        for cell in &self.cells {
+            let kind = cell.cell.experiment.reward.extrinsic.kind();
+            if !tasks.contains(&kind) {
+                tasks.push(kind);
+            }
+        }
+        match &self.cells[..] {
+            [first, ..] if tasks.len() == 1 => first.task(),
+            _ => Measure::common(&tasks),
+        }
     }
 
     /// What the run came to so far, and what had to be left out. `progress` is told how many of how
@@ -168,7 +208,12 @@ impl Catalogue {
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<(Results, Vec<Omitted>), figures::Error> {
         // The manifest lists the same cells.
-        Results::read(&self.run, &|cell| self.rows(&self.cells[cell.index]), progress)
+        Results::read(
+            &self.run,
+            self.measure(),
+            &|cell| self.rows(&self.cells[cell.index]),
+            progress,
+        )
     }
 
     /// That a cell's checkpoint and metrics can be believed; what is derived from them then can, too.
@@ -184,6 +229,9 @@ impl Catalogue {
     pub fn status(&self) -> Vec<CellStatus> {
         runs::parallel::map(&self.cells, |cell| {
             let look = self.expecting(cell, |expected| cell.folder.look(expected));
+            let look = look.map(|(state, saved_updates, latest)| {
+                (state, saved_updates, latest.map(|row| cell.completed(row)))
+            });
             let listed = &self.run.manifest().cells[cell.cell.index];
             CellStatus::new(listed, cell.cell.experiment.learning.updates, look)
         })
@@ -261,6 +309,23 @@ mod tests {
         assert_eq!(identity(&cells[0]), "0ea4cc31311e4ae5");
         assert_eq!(cells[15].folder(), Path::new("xi=1/seed=8"));
         assert_eq!(identity(&cells[15]), "3f47c3baa87971e0");
+    }
+
+    fn cell(settings: &str) -> LabCell {
+        let text = format!("model = '/m'\nlearning.steps_per_update = 4\n{settings}");
+        let plan = Plan::written(Path::new("/x.toml"), &text).unwrap();
+        let folder = CellFolder::new("cell");
+        LabCell { cell: plan.cells()[0].clone(), folder, identity: 0, model: 0, initial: None }
+    }
+
+    #[test]
+    fn an_old_row_gets_its_task_from_what_it_was_made_of() {
+        let row = Row { advance_m: 0.5, heading_change_rad: 2.0, task: f64::NAN, ..Row::default() };
+        for (kind, task) in [("locomotion", 0.5), ("turning", 0.5)] {
+            let cell = cell(&format!("reward.extrinsic.kind = '{kind}'"));
+            assert_eq!(cell.completed(row).task, task);
+            assert_eq!(cell.completed(Row { task: 7.0, ..row }).task, 7.0);
+        }
     }
 
     /// It's the same wherever the file is, and another one with another file.

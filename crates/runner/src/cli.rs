@@ -226,7 +226,7 @@ pub struct Plot {
     /// A setting that close-up shows, as its folder is named [default: the best and the last one]
     #[arg(long = "setting", value_name = "SETTING")]
     pub settings: Vec<String>,
-    /// The two best instances in feet, in place of the best and the median one
+    /// The two best cells in feet, in place of the best and the median one
     #[arg(long)]
     pub two_best: bool,
 }

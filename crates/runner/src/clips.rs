@@ -21,7 +21,7 @@ pub fn of_recording(
     recording: Recording,
 ) -> Result<Clip, scenes::Error> {
     let extrinsic = experiment.reward.extrinsic.get();
-    let task = Task { name: extrinsic.symbol(), unit: extrinsic.unit() };
+    let task = Task { symbol: extrinsic.symbol(), unit: extrinsic.unit() };
     Clip::new(title, task, morphology, recording)
 }
 

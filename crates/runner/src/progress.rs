@@ -111,13 +111,16 @@ fn all_steps(cell: &LabCell) -> u64 {
 
 /// `update 120/300  R 1.2e-5  R_MI 0.031 nats  R_Loc 0.0042 m`
 fn values(cell: &LabCell, row: &Row) -> String {
+    let task = cell.task();
     format!(
-        "update {}/{}  R {:+.1e}  R_MI {:.3} nats  R_Loc {:+.4} m",
+        "update {}/{}  R {:+.1e}  R_MI {:.3} nats  {} {:+.4} {}",
         row.update,
         cell.cell.experiment.learning.updates,
         row.reward,
-        row.information_nats,
-        row.locomotion_m
+        row.intrinsic_nats,
+        task.symbol,
+        task.of(row),
+        task.unit
     )
 }
 

@@ -95,7 +95,7 @@ pub struct Summary {
     /// To the left, in rad.
     pub heading_change_rad: f64,
     /// Mean information, in nats per sensor or group.
-    pub information_nats: f64,
+    pub intrinsic_nats: f64,
     /// Share of control steps in which each contact sensor was on.
     pub contacts: Vec<f64>,
     /// Control steps times penalised parts that touched.
@@ -164,7 +164,7 @@ impl Summary {
         let Evaluation { terms, advance_m, heading_change_rad, penalised_contacts, .. } = step.did;
         self.advance_m += advance_m / n;
         self.heading_change_rad += heading_change_rad;
-        self.information_nats += terms.intrinsic_nats / n;
+        self.intrinsic_nats += terms.intrinsic_nats / n;
         self.penalised_contacts += penalised_contacts as u64;
         let readings = &step.episode.readings().values;
         let contacts = &readings[readings.len() - n_contacts..];

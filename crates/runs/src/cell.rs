@@ -12,8 +12,11 @@ use std::{
 };
 
 use super::{
-    Appended, Checkpoint, Error, Expected, Header, Lock, Row, atomic, atomic::sync_folder,
-    error::At, metrics::header_line,
+    Appended, Checkpoint, Error, Expected, Header, Lock, Row, atomic,
+    atomic::sync_folder,
+    error::At,
+    metrics::read_columns,
+    row::{Columns, header_line},
 };
 
 /// The folder of a cell and the names in it. Nothing needs to be there yet.
@@ -108,6 +111,7 @@ pub struct OpenCell {
     folder: CellFolder,
     identity: u64,
     metrics: Appended,
+    columns: Columns,
     lock: Lock,
 }
 
@@ -130,7 +134,10 @@ impl OpenCell {
             Some(checkpoint) => Appended::open(&folder.metrics(), checkpoint.header.metrics)?,
             None => begin(&folder)?,
         };
-        Ok((Self { folder, identity: expected.identity, metrics, lock }, checkpoint))
+        // It goes on as it was begun, so that its bytes don't depend on who goes on with it.
+        let columns = read_columns(&folder.metrics())?
+            .ok_or_else(|| Error::damaged(&folder.metrics(), "it has no first line"))?;
+        Ok((Self { folder, identity: expected.identity, metrics, columns, lock }, checkpoint))
     }
 
     /// The cell's folder.
@@ -144,8 +151,9 @@ impl OpenCell {
     /// # Errors
     /// If it can't be written.
     pub fn append(&mut self, row: &Row) -> Result<(), Error> {
-        let line = row.line().at(&self.folder.metrics(), "putting a row together")?;
-        self.metrics.append(&line)
+        let line = self.columns.line(row);
+        let line = line.at(&self.folder.metrics(), "putting a row together")?;
+        self.metrics.append(line.as_bytes())
     }
 
     /// Makes a checkpoint, then the exports.
@@ -274,6 +282,27 @@ mod tests {
         assert_eq!(files(&interrupted), files(&through));
         assert_eq!(read_all(&through.metrics()).unwrap(), (1..=12).map(row).collect::<Vec<_>>());
         assert_eq!(read_last(&through.metrics()).unwrap(), Some(row(12)));
+    }
+
+    /// A cell of the first version: the same bytes as if that went on with it.
+    #[test]
+    fn a_cell_goes_on_with_the_columns_that_it_was_begun_with() {
+        let (_folder, [new, old]) = cells();
+        run(&new, 8, 4);
+        run(&old, 4, 4);
+        let shortened = |cell: &CellFolder| {
+            let text = fs::read_to_string(cell.metrics()).unwrap();
+            let lines = text.lines().map(|line| line.rsplit_once(',').unwrap().0.to_owned() + "\n");
+            lines.collect::<String>()
+        };
+        let text = shortened(&old);
+        fs::write(old.metrics(), &text).unwrap();
+        let mut checkpoint = Checkpoint::read(&old.checkpoint(), EXPECTED).unwrap().unwrap();
+        let xxh3 = xxhash_rust::xxh3::xxh3_64(text.as_bytes());
+        checkpoint.header.metrics = crate::Extent { length: text.len() as u64, xxh3 };
+        checkpoint.write(&old.checkpoint()).unwrap();
+        run(&old, 8, 4);
+        assert_eq!(fs::read_to_string(old.metrics()).unwrap(), shortened(&new));
     }
 
     #[test]

@@ -5,10 +5,11 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `run.rs`, `manifest.rs`, `settings.rs` | [`Run`]: the folder as a whole; [`Manifest`]: what it's made of; what may differ from it |
+//! | `run.rs`, `create.rs`, `manifest.rs`, `settings.rs` | [`Run`]: the folder as a whole; [`NewRun`]: made by one rename; [`Manifest`]: what it's made of; what may differ from it |
 //! | `cell.rs` | [`CellFolder`]: a cell's files; [`OpenCell`]: writing them, and in which order |
 //! | `checkpoint.rs` | [`Checkpoint`]: the whole state, in an envelope that says whose it is |
-//! | `metrics.rs`, `appended.rs` | [`Row`]: one update; [`Appended`]: a file that only grows, cut back to its checkpoint |
+//! | `row.rs`, `metrics.rs` | [`Row`]: one update; [`COLUMNS`]: what is known of it; reading `metrics.csv` |
+//! | `appended.rs` | [`Appended`]: a file that only grows, cut back to its checkpoint |
 //! | `replay/` | [`Recording`]: the last control steps; [`Ring`]: as they're kept while training |
 //! | `record.rs`, `status.rs` | a cell as a reader may believe it; [`CellStatus`]: where it stands |
 //! | `lock.rs`, `atomic.rs` | [`Lock`]: one writer at a time; [`atomic`]: whole files |
@@ -39,6 +40,7 @@ mod appended;
 pub mod atomic;
 mod cell;
 mod checkpoint;
+mod create;
 mod error;
 mod lock;
 mod manifest;
@@ -46,6 +48,7 @@ mod metrics;
 pub mod parallel;
 mod record;
 mod replay;
+mod row;
 mod run;
 mod settings;
 mod status;
@@ -53,12 +56,14 @@ mod status;
 pub use appended::{Appended, Extent};
 pub use cell::{CellFolder, OpenCell, Snapshot};
 pub use checkpoint::{Checkpoint, Expected, Header};
+pub use create::NewRun;
 pub use error::{Difference, Error};
 pub use lock::{Lock, is_locked};
 pub use manifest::{Bullet, Cell, FileCopy, Hash, MODELS, Manifest, POLICIES, Precision};
-pub use metrics::{COLUMNS, Row, header_line, read_all, read_last};
+pub use metrics::{read_all, read_last};
 pub use replay::{Layout, Recording, Ring, Step, TENSORS};
-pub use run::{MANIFEST, NewRun, Run};
+pub use row::{COLUMNS, Column, Row, header_line};
+pub use run::{MANIFEST, Run};
 pub use status::{CellStatus, Look, State};
 
 #[cfg(test)]
@@ -82,7 +87,10 @@ mod tests {
             let name = path.file_name().unwrap().to_str().unwrap();
             assert!(document.contains(&format!("\n    {name} ")), "{name}");
         }
-        for name in COLUMNS.iter().chain(&TENSORS) {
+        for Column { name, unit, .. } in &COLUMNS {
+            assert!(document.contains(&format!("\n| `{name}` | {unit}")), "{name}, {unit}");
+        }
+        for name in &TENSORS {
             assert!(document.contains(&format!("\n| `{name}` |")), "{name}");
         }
     }

@@ -1,101 +1,35 @@
 //! `metrics.csv`: how learning goes, one row an update.
 //!
-//! The first line has the columns' names. A number is written with as few digits as give the same
-//! f64 again.
+//! The first line has the columns' names: those that there were when the file was begun. A number is
+//! written with as few digits as give the same f64 again.
 
 use std::{
     fs::File,
     io::{self, Read, Seek, SeekFrom},
+    iter,
     path::Path,
 };
 
-use serde::{Deserialize, Serialize};
+use super::{
+    Error, Row, atomic,
+    error::At,
+    row::{Columns, header_line},
+};
 
-use super::{Error, atomic, error::At};
-
-/// Longer than two rows: each has 12 numbers of up to 24 characters and 4 counts of up to 20.
+/// Longer than two rows: each has 13 numbers of up to 24 characters and 4 counts of up to 20.
 const TAIL: u64 = 1024;
 
-/// One update. Unless it says otherwise, a value is the mean over the update's control steps.
-///
-/// The fields' order is the columns' order.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Row {
-    /// Number of the update, from 1.
-    pub update: u64,
-    /// Control steps done by its end.
-    pub control_steps: u64,
-    /// R: the reward that is optimised, with everything in it.
-    #[serde(rename = "R")]
-    pub reward: f64,
-    /// R_MI as it is, nats for each variable.
-    #[serde(rename = "R_MI_nats")]
-    pub information_nats: f64,
-    /// R_MI with the Miller-Madow correction of its bias, nats for each variable.
-    #[serde(rename = "R_MI_miller_madow_nats")]
-    pub information_miller_madow_nats: f64,
-    /// R_MI as scaled for the mix.
-    #[serde(rename = "R_MI")]
-    pub information: f64,
-    /// R_Loc, metres along the heading for each control step.
-    #[serde(rename = "R_Loc")]
-    pub locomotion_m: f64,
-    /// The extrinsic reward as scaled for the mix.
-    pub extrinsic: f64,
-    /// What was subtracted for touching parts.
-    pub penalty: f64,
-    /// The share of the extrinsic reward in the mix, 0 to 1.
-    pub xi: f64,
-    /// Metres in the XY plane from where the update began to where it ended.
-    pub net_displacement_m: f64,
-    /// How far the heading turned over the update, rad, counter-clockwise.
-    pub heading_change_rad: f64,
-    /// How often a part that shouldn't touched the ground: control steps times parts, a sum.
-    pub penalised_contacts: u64,
-    /// How many readings lay outside of their range, a sum.
-    pub clipped_readings: u64,
-    /// Euclidean norm of the parameters after the update.
-    pub parameter_norm: f64,
-    /// Euclidean norm of the gradient that the update followed.
-    pub gradient_norm: f64,
-}
-
-/// The columns' names, in their order.
-pub const COLUMNS: [&str; 16] = [
-    "update",
-    "control_steps",
-    "R",
-    "R_MI_nats",
-    "R_MI_miller_madow_nats",
-    "R_MI",
-    "R_Loc",
-    "extrinsic",
-    "penalty",
-    "xi",
-    "net_displacement_m",
-    "heading_change_rad",
-    "penalised_contacts",
-    "clipped_readings",
-    "parameter_norm",
-    "gradient_norm",
-];
-
-/// The first line, with its line break.
-#[must_use]
-pub fn header_line() -> String {
-    COLUMNS.join(",") + "\n"
-}
-
-impl Row {
-    /// The row's line, with its line break.
-    pub(crate) fn line(&self) -> io::Result<Vec<u8>> {
-        let mut line = Vec::new();
-        let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(&mut line);
-        writer.serialize(self)?;
-        writer.flush()?;
-        drop(writer);
-        Ok(line)
+/// The columns of a file; none if its first line isn't there yet, or not whole.
+pub(super) fn read_columns(path: &Path) -> Result<Option<Columns>, Error> {
+    let mut file = match File::open(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        opened => opened.at(path, "opening")?,
+    };
+    let first = read_part(&mut file, 0, header_line().len() as u64).at(path, "reading")?;
+    if !first.contains(&b'\n') && header_line().as_bytes().starts_with(&first) {
+        return Ok(None);
     }
+    columns(path, &first).map(Some)
 }
 
 /// The newest row; none if there's none yet, or no such file. Only the file's ends are read, and a
@@ -104,26 +38,20 @@ impl Row {
 /// # Errors
 /// [`Error::Damaged`] if the first line or the newest row isn't what was written.
 pub fn read_last(path: &Path) -> Result<Option<Row>, Error> {
-    let mut file = match File::open(path) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-        opened => opened.at(path, "opening")?,
-    };
-    let header = header_line();
-    let first = read_part(&mut file, 0, header.len() as u64).at(path, "reading")?;
-    if !first.ends_with(b"\n") && header.as_bytes().starts_with(&first) {
-        return Ok(None);
-    }
-    check_header(path, &first)?;
-
+    let Some(columns) = read_columns(path)? else { return Ok(None) };
+    let header = columns.header_line();
+    let mut file = File::open(path).at(path, "opening")?;
     let length = file.metadata().at(path, "asking for its length")?.len();
     let begin = length.saturating_sub(TAIL).max(header.len() as u64);
     let tail = read_part(&mut file, begin, TAIL).at(path, "reading")?;
     let whole = whole_lines(&tail);
     let Some(rest) = whole.strip_suffix(b"\n") else { return Ok(None) };
     let line = rest.rsplit(|&byte| byte == b'\n').next().unwrap_or_default();
-    match rows(line).next() {
+    match rows(&[header.as_bytes(), line].concat(), &columns).next() {
         Some(Ok(row)) => Ok(Some(row)),
-        Some(Err(error)) => Err(Error::damaged(path, format!("last row: {}", explain(&error)))),
+        Some(Err(error)) => {
+            Err(Error::damaged(path, format!("last row: {}", explain(&error, &columns))))
+        }
         None => Err(Error::damaged(path, "last row: empty")),
     }
 }
@@ -143,13 +71,12 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<Row>, Error> {
     if whole.is_empty() {
         return Ok(Vec::new());
     }
-    check_header(path, whole)?;
-    // Lines are counted here: a reader of CSV doesn't count the first one, which it isn't shown.
-    rows(&whole[header_line().len()..])
+    let columns = columns(path, whole)?;
+    rows(whole, &columns)
         .map(|row| {
             row.map_err(|error| {
-                let line = error.position().map_or(0, csv::Position::line) + 1;
-                Error::damaged(path, format!("line {line}: {}", explain(&error)))
+                let line = error.position().map_or(0, csv::Position::line);
+                Error::damaged(path, format!("line {line}: {}", explain(&error, &columns)))
             })
         })
         .collect()
@@ -168,27 +95,39 @@ fn read_part(file: &mut File, begin: u64, length: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-fn check_header(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    if bytes.starts_with(header_line().as_bytes()) {
-        return Ok(());
-    }
-    let what = format!("line 1: expected the columns {}", COLUMNS.join(","));
-    Err(Error::damaged(path, what))
+/// The columns that the first line of these bytes names.
+fn columns(path: &Path, bytes: &[u8]) -> Result<Columns, Error> {
+    let end = bytes.iter().position(|&byte| byte == b'\n');
+    end.and_then(|end| Columns::of(&bytes[..end])).ok_or_else(|| {
+        let [first, later] = Columns::required_and_later().map(|names| names.join(","));
+        let what = format!("line 1: expected the columns {first}, then any of {later}");
+        Error::damaged(path, what)
+    })
 }
 
-fn rows(lines: &[u8]) -> impl Iterator<Item = csv::Result<Row>> {
-    csv::ReaderBuilder::new().has_headers(false).from_reader(lines).into_deserialize()
+/// The rows behind a first line, which names these columns.
+fn rows(lines: &[u8], columns: &Columns) -> impl Iterator<Item = csv::Result<Row>> {
+    let names = csv::ByteRecord::from(columns.names());
+    // Fields are found by their place where that will do, which is faster.
+    let by_name = (!columns.are_the_first()).then_some(names);
+    let mut reader = csv::Reader::from_reader(lines);
+    let mut record = csv::ByteRecord::new();
+    iter::from_fn(move || match reader.read_byte_record(&mut record) {
+        Ok(true) => Some(record.deserialize(by_name.as_ref())),
+        Ok(false) => None,
+        Err(error) => Some(Err(error)),
+    })
 }
 
 /// What is wrong with a row, by the name of the column.
-fn explain(error: &csv::Error) -> String {
+fn explain(error: &csv::Error, columns: &Columns) -> String {
     match error.kind() {
         csv::ErrorKind::Deserialize { err, .. } => {
-            let column = err.field().and_then(|field| COLUMNS.get(field as usize));
+            let column = err.field().and_then(|field| columns.names().get(field as usize));
             format!("column {}: {}", column.unwrap_or(&"?"), err.kind())
         }
         csv::ErrorKind::UnequalLengths { len, .. } => {
-            format!("expected {} numbers, found {len}", COLUMNS.len())
+            format!("expected {} numbers, found {len}", columns.names().len())
         }
         _ => error.to_string(),
     }
@@ -202,26 +141,30 @@ mod tests {
 
     use super::*;
 
+    fn line(row: &Row) -> Vec<u8> {
+        Columns::all().line(row).unwrap().into_bytes()
+    }
+
     /// A file with these rows, then `tail`.
     fn file(rows: &[Row], tail: &[u8]) -> (tempfile::TempDir, std::path::PathBuf) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("metrics.csv");
         let mut bytes = header_line().into_bytes();
-        rows.iter().for_each(|row| bytes.extend(row.line().unwrap()));
+        rows.iter().for_each(|row| bytes.extend(line(row)));
         bytes.extend_from_slice(tail);
         fs::write(&path, bytes).unwrap();
         (folder, path)
     }
 
-    fn row((counts, v): ([u64; 4], [f64; 12])) -> Row {
+    fn row((counts, v): ([u64; 4], [f64; 13])) -> Row {
         Row {
             update: counts[0],
             control_steps: counts[1],
             reward: v[0],
-            information_nats: v[1],
-            information_miller_madow_nats: v[2],
-            information: v[3],
-            locomotion_m: v[4],
+            intrinsic_nats: v[1],
+            intrinsic_nats_corrected: v[2],
+            intrinsic: v[3],
+            advance_m: v[4],
             extrinsic: v[5],
             penalty: v[6],
             xi: v[7],
@@ -231,34 +174,27 @@ mod tests {
             clipped_readings: counts[3],
             parameter_norm: v[10],
             gradient_norm: v[11],
+            task: v[12],
         }
     }
 
     fn any_rows() -> impl Strategy<Value = Vec<Row>> {
-        proptest::collection::vec((any::<[u64; 4]>(), any::<[f64; 12]>()).prop_map(row), 0..12)
-    }
-
-    #[test]
-    fn the_columns_are_the_fields() {
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        writer.serialize(Row::default()).unwrap();
-        let text = String::from_utf8(writer.into_inner().unwrap()).unwrap();
-        assert_eq!(text.lines().next().unwrap(), header_line().trim_end());
+        proptest::collection::vec((any::<[u64; 4]>(), any::<[f64; 13]>()).prop_map(row), 0..12)
     }
 
     #[test]
     fn numbers_have_as_few_digits_as_will_do() {
         let row =
             Row { update: 3, control_steps: 300, reward: 0.1, penalty: 1e-4, ..Row::default() };
-        let line = String::from_utf8(row.line().unwrap()).unwrap();
-        assert_eq!(line, "3,300,0.1,0.0,0.0,0.0,0.0,0.0,0.0001,0.0,0.0,0.0,0,0,0.0,0.0\n");
+        let text = Columns::all().line(&row).unwrap();
+        assert_eq!(text, "3,300,0.1,0.0,0.0,0.0,0.0,0.0,0.0001,0.0,0.0,0.0,0,0,0.0,0.0,0.0\n");
         let extremes = [f64::MIN_POSITIVE, -f64::MAX, f64::NAN, f64::NEG_INFINITY];
-        let longest = row_of(extremes).line().unwrap();
+        let longest = line(&row_of(extremes));
         assert!(longest.len() as u64 <= TAIL / 2, "{} bytes", longest.len());
     }
 
     fn row_of([a, b, c, d]: [f64; 4]) -> Row {
-        row(([u64::MAX; 4], [a, b, c, d, a, b, a, b, a, b, a, b]))
+        row(([u64::MAX; 4], [a, b, c, d, a, b, a, b, a, b, a, b, a]))
     }
 
     #[test]
@@ -279,7 +215,7 @@ mod tests {
     #[test]
     fn mistakes_are_named_by_line_and_column() {
         let rows = [Row::default(); 2];
-        let (_folder, path) = file(&rows, b"3,300,0.1,zero,0,0,0,0,0,0,0,0,0,0,0,0\n");
+        let (_folder, path) = file(&rows, b"3,300,0.1,zero,0,0,0,0,0,0,0,0,0,0,0,0,0\n");
         let all = read_all(&path).unwrap_err().to_string();
         assert!(
             all.ends_with(": damaged: line 4: column R_MI_nats: invalid float literal"),
@@ -290,13 +226,41 @@ mod tests {
 
         let (_folder, path) = file(&rows, b"3,300,0.1\n");
         let all = read_all(&path).unwrap_err().to_string();
-        assert!(all.ends_with(": damaged: line 4: expected 16 numbers, found 3"), "{all}");
+        assert!(all.ends_with(": damaged: line 4: expected 17 numbers, found 3"), "{all}");
 
         let (_folder, path) = file(&rows, b"");
         let other = fs::read_to_string(&path).unwrap().replace("penalty", "Penalty");
         fs::write(&path, other).unwrap();
         for error in [read_all(&path).unwrap_err(), read_last(&path).unwrap_err()] {
-            assert!(error.to_string().contains("line 1: expected the columns update,control"));
+            let error = error.to_string();
+            assert!(error.contains("line 1: expected the columns update,control"), "{error}");
+            assert!(error.ends_with(",gradient_norm, then any of task"), "{error}");
+        }
+    }
+
+    /// The first version's files end with the norm of the gradient.
+    #[test]
+    fn a_file_that_was_begun_without_a_column_has_none_of_its_values() {
+        let (_folder, path) = file(&[], b"");
+        let header = header_line();
+        let old = header.strip_suffix(",task\n").unwrap();
+        let rows =
+            "1,10,0.5,0,0,0,0.25,0,0,1,0,0,0,0,7.5,0.125\n2,20,0,0,0,0,0,0,0,1,0,0,0,0,8,0\n";
+        fs::write(&path, format!("{old}\n{rows}")).unwrap();
+        let [first, second] = read_all(&path).unwrap()[..] else { panic!() };
+        assert_eq!((first.reward, first.advance_m, first.gradient_norm), (0.5, 0.25, 0.125));
+        assert_eq!((second.update, second.parameter_norm), (2, 8.0));
+        assert!(
+            [first, second, read_last(&path).unwrap().unwrap()].iter().all(|it| it.task.is_nan())
+        );
+        // And a row has no more values than the first line has names.
+        for (row, found) in [("3,30,0,0,0,0,0,0,0,1,0,0,0,0,8,0,1\n", 17), ("3,30\n", 2)] {
+            fs::write(&path, format!("{old}\n{rows}{row}")).unwrap();
+            let what = format!("expected 16 numbers, found {found}");
+            let [all, last] = [read_all(&path).map(drop), read_last(&path).map(drop)];
+            let (all, last) = (all.unwrap_err().to_string(), last.unwrap_err().to_string());
+            assert!(all.ends_with(&format!("line 4: {what}")), "{all}");
+            assert!(last.ends_with(&format!("last row: {what}")), "{last}");
         }
     }
 
@@ -304,7 +268,7 @@ mod tests {
         #[test]
         fn what_was_written_is_read(rows in any_rows(), cut: prop::sample::Index) {
             // The last line is just being written.
-            let next = row_of([0.5, -1e300, 3.0, 7.0]).line().unwrap();
+            let next = line(&row_of([0.5, -1e300, 3.0, 7.0]));
             let (_folder, path) = file(&rows, &next[..cut.index(next.len())]);
             prop_assert_eq!(&read_all(&path).unwrap(), &rows);
             prop_assert_eq!(read_last(&path).unwrap(), rows.last().copied());

@@ -23,7 +23,7 @@ pub struct Clip {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Task {
     /// As the paper or the experiment file calls it.
-    pub name: &'static str,
+    pub symbol: &'static str,
     /// The unit of a control step's raw value.
     pub unit: &'static str,
 }

@@ -47,7 +47,7 @@ anchor_m = [0.0, -0.4, 0.0]
 "##;
 
 /// Whatever it is, it's in m.
-pub(super) const TASK: Task = Task { name: "R_Loc", unit: "m" };
+pub(super) const TASK: Task = Task { symbol: "R_Loc", unit: "m" };
 
 /// As training records them; the viewer shows some.
 const TERMS: [&str; 8] =

@@ -345,7 +345,7 @@ fn terms(clip: &Clip, first_step: usize) -> Vec<PackedTerm> {
     let recording = clip.recording();
     let names = &recording.layout.terms;
     let task = clip.task();
-    let labels = [("r", ""), (task.name, task.unit), ("R_MI", "nats"), ("penalty", "")];
+    let labels = [("r", ""), (task.symbol, task.unit), ("R_MI", "nats"), ("penalty", "")];
     let column = |(term, (name, unit)): (&str, (&str, &str))| {
         let place = names.iter().position(|name| name == term)?;
         let values = recording.terms.iter().skip(place).step_by(names.len()).skip(first_step);

@@ -94,7 +94,7 @@ fn report(subject: &Subject, policy: &str, summary: &Summary) -> String {
         summary.advance_m * hz,
         summary.net_displacement_m,
         summary.heading_change_rad.to_degrees(),
-        summary.information_nats,
+        summary.intrinsic_nats,
         summary.penalised_contacts,
         contacts.join(", ")
     )

@@ -3,15 +3,18 @@
 use std::path::Path;
 
 use comfy_table::{CellAlignment, Table, presets::ASCII_MARKDOWN};
+use figures::Measure;
 use runs::{CellStatus, Row, State};
 
 use super::{Outcome, say};
 use crate::catalogue::Catalogue;
 
 pub(super) fn status(folder: &Path) -> anyhow::Result<Outcome> {
-    let cells = Catalogue::open(folder)?.status();
-    say(table(&cells))?;
+    let catalogue = Catalogue::open(folder)?;
+    let (cells, measure) = (catalogue.status(), catalogue.measure());
+    say(table(&cells, &measure))?;
     say(summary(&cells))?;
+    measure.caveat.iter().try_for_each(say)?;
     let broken = |cell: &&CellStatus| matches!(cell.state, State::Failed(_) | State::Unreadable(_));
     for cell in cells.iter().filter(broken) {
         if let State::Failed(reason) | State::Unreadable(reason) = &cell.state {
@@ -23,7 +26,7 @@ pub(super) fn status(folder: &Path) -> anyhow::Result<Outcome> {
 }
 
 /// One row a cell, with the values of its newest update.
-fn table(cells: &[CellStatus]) -> Table {
+fn table(cells: &[CellStatus], measure: &Measure) -> Table {
     let mut table = Table::new();
     table.load_preset(ASCII_MARKDOWN).set_header([
         "cell",
@@ -33,10 +36,10 @@ fn table(cells: &[CellStatus]) -> Table {
         "update",
         "R",
         "R_MI nats",
-        "R_Loc m",
+        &format!("{} {}", measure.symbol, measure.unit),
     ]);
     for cell in cells {
-        let value = |of: fn(&Row) -> f64| {
+        let value = |of: &dyn Fn(&Row) -> f64| {
             cell.latest.as_ref().map_or(String::new(), |row| format!("{:.4}", of(row)))
         };
         table.add_row([
@@ -46,8 +49,8 @@ fn table(cells: &[CellStatus]) -> Table {
             state(&cell.state).into(),
             format!("{}/{}", cell.updates(), cell.target_updates),
             cell.latest.as_ref().map_or(String::new(), |row| format!("{:.3e}", row.reward)),
-            value(|row| row.information_nats),
-            value(|row| row.locomotion_m),
+            value(&|row| row.intrinsic_nats),
+            value(&|row| measure.of(row)),
         ]);
     }
     for column in [0, 2, 4, 5, 6, 7] {

@@ -1,14 +1,15 @@
 //! `itarl summary`: what was learned, early updates against late ones, for each setting.
 //!
-//! Each instance gives the mean of a value over its early updates and that over its late ones. A
-//! [paired t-test](paired_t) over the instances of a setting asks whether R_Loc is higher late.
+//! Each cell gives the mean of a value over its early updates and that over its late ones. A
+//! [paired t-test](paired_t) over the cells of a setting asks whether
+//! what the run is judged by, its task's own value, is higher late.
 
 use std::collections::BTreeMap;
 
 use anyhow::{Context, bail};
 use comfy_table::{CellAlignment, Table, presets::ASCII_MARKDOWN};
 use figures::{
-    Omitted,
+    Measure, Omitted,
     statistics::{deviation, mean, paired_t},
     tenth_of,
 };
@@ -21,17 +22,18 @@ use crate::{
     progress::tell,
 };
 
-/// What an instance did in early and in late updates.
+/// What a cell did in early and in late updates.
 #[derive(Clone, Copy, Debug, Default)]
-struct Instance {
-    information_nats: [f64; 2],
-    locomotion_m: [f64; 2],
+struct Windows {
+    intrinsic_nats: [f64; 2],
+    performance: [f64; 2],
 }
 
 pub(super) fn summary(arguments: &Summary) -> anyhow::Result<Outcome> {
     let catalogue = Catalogue::open(&arguments.run)?;
+    let measure = catalogue.measure();
     let mut outcome = Outcome::Done;
-    let mut settings: BTreeMap<usize, (String, Vec<Instance>)> = BTreeMap::new();
+    let mut settings: BTreeMap<usize, (String, Vec<Windows>)> = BTreeMap::new();
     let mut windows = None;
     for lab_cell in catalogue.cells() {
         let LabCell { cell, folder, .. } = lab_cell;
@@ -46,26 +48,30 @@ pub(super) fn summary(arguments: &Summary) -> anyhow::Result<Outcome> {
             }
         };
         let [early, late] = *windows.get_or_insert_with(|| chosen(arguments, rows.len() as u64));
-        let (Some(first), Some(second)) = (means(&rows, early), means(&rows, late)) else {
+        let (Some(first), Some(second)) =
+            (means(&rows, &measure, early), means(&rows, &measure, late))
+        else {
             say(format_args!("{}: left out, it has {} updates", path.display(), rows.len()))?;
             continue;
         };
         let known = settings.values().position(|(setting, _)| *setting == cell.setting);
         let key = known.unwrap_or(settings.len());
         let entry = settings.entry(key).or_insert_with(|| (cell.setting.clone(), Vec::new()));
-        entry.1.push(Instance {
-            information_nats: [first.0, second.0],
-            locomotion_m: [first.1, second.1],
+        entry.1.push(Windows {
+            intrinsic_nats: [first.0, second.0],
+            performance: [first.1, second.1],
         });
     }
     let Some([early, late]) = windows.filter(|_| !settings.is_empty()) else {
         bail!("{}: no cell has the updates that are asked for", arguments.run.display());
     };
     say(format_args!("means over updates {early} (early) and {late} (late)"))?;
-    say(table(settings.values()))?;
-    say(
-        "p: one-sided paired t-test of R_Loc, late above early, over a setting's seeds; - of one seed",
-    )?;
+    say(table(settings.values(), &measure))?;
+    say(format_args!(
+        "p: one-sided paired t-test of {}, late above early, over a setting's seeds; - of one seed",
+        measure.symbol
+    ))?;
+    measure.caveat.iter().try_for_each(say)?;
     Ok(outcome)
 }
 
@@ -78,41 +84,45 @@ fn chosen(arguments: &Summary, n: u64) -> [Updates; 2] {
     ]
 }
 
-/// Of R_MI in nats and R_Loc in m; none if an update is missing.
-fn means(rows: &[Row], window: Updates) -> Option<(f64, f64)> {
+/// Of R_MI in nats and of the measure; none if an update is missing.
+fn means(rows: &[Row], measure: &Measure, window: Updates) -> Option<(f64, f64)> {
     let inside = |row: &&Row| (window.first..=window.last).contains(&row.update);
     let rows: Vec<_> = rows.iter().filter(inside).collect();
-    let mean_of = |of: fn(&Row) -> f64| mean(&rows.iter().map(|row| of(row)).collect::<Vec<_>>());
+    let mean_of =
+        |of: &dyn Fn(&Row) -> f64| mean(&rows.iter().map(|row| of(row)).collect::<Vec<_>>());
     (rows.len() as u64 == window.last + 1 - window.first)
-        .then(|| (mean_of(|row| row.information_nats), mean_of(|row| row.locomotion_m)))
+        .then(|| (mean_of(&|row| row.intrinsic_nats), mean_of(&|row| measure.of(row))))
 }
 
-fn table<'a>(settings: impl Iterator<Item = &'a (String, Vec<Instance>)>) -> Table {
+fn table<'a>(
+    settings: impl Iterator<Item = &'a (String, Vec<Windows>)>,
+    measure: &Measure,
+) -> Table {
     let mut table = Table::new();
     table.load_preset(ASCII_MARKDOWN).set_header([
         "setting",
         "seeds",
         "R_MI nats early",
         "late",
-        "R_Loc m early",
+        &format!("{} {} early", measure.symbol, measure.unit),
         "late",
         "sd late",
         "best late",
         "t",
         "p",
     ]);
-    for (setting, instances) in settings {
-        let column = |of: fn(&Instance) -> f64| instances.iter().map(of).collect::<Vec<f64>>();
-        let late = column(|it| it.locomotion_m[1]);
-        let gain = column(|it| it.locomotion_m[1] - it.locomotion_m[0]);
+    for (setting, cells) in settings {
+        let column = |of: fn(&Windows) -> f64| cells.iter().map(of).collect::<Vec<f64>>();
+        let late = column(|it| it.performance[1]);
+        let gain = column(|it| it.performance[1] - it.performance[0]);
         let test = paired_t(&gain);
         let best = late.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         table.add_row([
             setting.clone(),
-            instances.len().to_string(),
-            format!("{:.4}", mean(&column(|it| it.information_nats[0]))),
-            format!("{:.4}", mean(&column(|it| it.information_nats[1]))),
-            format!("{:+.5}", mean(&column(|it| it.locomotion_m[0]))),
+            cells.len().to_string(),
+            format!("{:.4}", mean(&column(|it| it.intrinsic_nats[0]))),
+            format!("{:.4}", mean(&column(|it| it.intrinsic_nats[1]))),
+            format!("{:+.5}", mean(&column(|it| it.performance[0]))),
             format!("{:+.5}", mean(&late)),
             deviation(&late).map_or("-".into(), |it| format!("{it:.5}")),
             format!("{best:+.5}"),
@@ -163,9 +173,10 @@ mod tests {
 
     #[test]
     fn means_need_all_updates() {
-        let row = |update| Row { update, locomotion_m: update as f64, ..Row::default() };
+        let row = |update| Row { update, task: update as f64, ..Row::default() };
+        let turning = Measure::of_task("turning", "turning", "rad");
         let rows: Vec<_> = (1..=10).map(row).collect();
-        assert_eq!(means(&rows, Updates { first: 3, last: 5 }), Some((0.0, 4.0)));
-        assert_eq!(means(&rows, Updates { first: 9, last: 11 }), None);
+        assert_eq!(means(&rows, &turning, Updates { first: 3, last: 5 }), Some((0.0, 4.0)));
+        assert_eq!(means(&rows, &turning, Updates { first: 9, last: 11 }), None);
     }
 }

@@ -3,7 +3,7 @@
 //!
 //! It's made from the recorded files alone, and the same files give the same bytes. `facts.rs` says
 //! what was run, `tables.rs` has the numbers, [`Report::read`] chooses what is shown in 3-D: the best
-//! and the median instance of each setting.
+//! and the median cell of each setting.
 
 mod facts;
 mod tables;
@@ -11,7 +11,7 @@ mod tables;
 use std::path::Path;
 
 use base64::{Engine, engine::general_purpose::STANDARD};
-use figures::{Drawing, FIGURES, Figure, Omitted, Options, Results};
+use figures::{Drawing, FIGURES, Measure, Omitted, Options, Results};
 use maud::{Markup, html};
 use runs::CellStatus;
 use scenes::{
@@ -82,7 +82,7 @@ impl Report {
         }
     }
 
-    /// The best and the median instance of each setting.
+    /// The best and the median cell of each setting.
     fn wanted(&self) -> Vec<Wanted> {
         let chosen = figures::best_and_median(&self.results);
         let settings = self.results.settings.iter().zip(chosen);
@@ -94,14 +94,15 @@ impl Report {
             roles.into_iter().map(move |(index, role)| (setting, index, role))
         });
         let wanted = roles.map(|(setting, index, role)| {
-            let instance = &setting.instances[index];
-            let last = instance.outcome.last;
+            let cell = &setting.cells[index];
+            let last = cell.outcome.last;
+            let Measure { symbol, unit, .. } = &self.results.measure;
             Wanted {
                 setting: setting.name.clone(),
-                seed: instance.seed,
+                seed: cell.seed,
                 label: format!(
-                    "{role} of {}: seed {}, R_Loc {last:+.4} m",
-                    setting.name, instance.seed
+                    "{role} of {}: seed {}, {symbol} {last:+.4} {unit}",
+                    setting.name, cell.seed
                 ),
             }
         });
@@ -134,7 +135,8 @@ impl Report {
                 @if !self.replays.is_empty() {
                     h2 { "The robots" }
                     p .faint {
-                        "The best and the median instance of each setting, by the mean R_Loc of the last "
+                        "The best and the median cell of each setting, by the mean "
+                        (self.results.measure.symbol) " of the last "
                         (self.results.window) " updates, as they moved and learned in their last control steps."
                     }
                     (self.replays.markup(false))
@@ -168,9 +170,9 @@ impl Report {
             }
             progress(i + 1, FIGURES.len(), "figures drawn");
         }
-        Ok(
-            html! { @for (figure, source, drawing) in &drawn { (one_figure(figure, source, drawing)) } },
-        )
+        Ok(html! { @for (figure, source, drawing) in &drawn {
+            (one_figure(&figure.title(&self.results.measure), source, drawing))
+        } })
     }
 }
 
@@ -185,11 +187,11 @@ struct Wanted {
     label: String,
 }
 
-fn one_figure(figure: &Figure, source: &str, drawing: &Drawing) -> Markup {
+fn one_figure(title: &str, source: &str, drawing: &Drawing) -> Markup {
     html! {
-        h3 { (figure.title) }
+        h3 { (title) }
         figure {
-            div .scroll tabindex="0" role="region" aria-label=(figure.title) {
+            div .scroll tabindex="0" role="region" aria-label=(title) {
                 img src=(source) alt=(drawing.caption) width=(drawing.width) height=(drawing.height);
             }
             figcaption { (drawing.caption) }

@@ -1,25 +1,27 @@
 //! The tables of `itarl plot`, readable: short numbers, each with the file's own one behind it
 //! (`<data value>`), which is what copying scripts and tests read.
 
-use figures::{Results, Table};
+use figures::{Measure, Results, Table, capitalised};
 use maud::{Markup, html};
 
-/// The summary first; what has a row for each instance is folded.
+/// The summary first; what has a row for each cell is folded.
 pub(super) fn all(results: &Results) -> Markup {
+    let measure = &results.measure;
     let mut tables = figures::tables(results);
     let place = |table: &Table| ABOUT.iter().position(|(name, ..)| *name == table.name);
     tables.sort_by_key(|table| place(table).unwrap_or(ABOUT.len()));
     html! {
         @for table in &tables {
             @match place(table).map(|place| ABOUT[place]) {
-                Some((_, title, false)) => { h3 { (title) } (one(table)) }
-                Some((_, title, true)) => { details { summary { (title) } (one(table)) } }
-                None => { h3 { (table.name) } (one(table)) }
+                Some((_, title, false)) => { h3 { (title(measure)) } (one(table, measure)) }
+                Some((_, title, true)) => { details { summary { (title(measure)) } (one(table, measure)) } }
+                None => { h3 { (table.name) } (one(table, measure)) }
             }
         }
         p .faint {
-            "R_Loc in m for each control step; IQM is the interquartile mean over instances, with its 95 % "
-            "bootstrap interval. Windows have " (results.window) " updates. The same tables are written by "
+            (capitalised(&measure.symbol)) " in " (measure.unit) " for each control step; IQM is the interquartile mean "
+            "over cells, with its 95 % bootstrap interval. Windows have " (results.window) " updates. "
+            "The same tables are written by "
             code { "itarl plot" } " as CSV."
             @for caveat in figures::caveats(results) { " " (caveat) }
         }
@@ -27,14 +29,16 @@ pub(super) fn all(results: &Results) -> Markup {
 }
 
 /// Tables in their order here: name, heading, whether it's folded.
-const ABOUT: [(&str, &str, bool); 4] = [
-    ("settings", "Settings", false),
-    ("improvement", "How probably one setting does better than another", false),
-    ("correlation", "Correlation of R_Loc and R_MI", false),
-    ("instances", "Every instance", true),
+const ABOUT: [About; 4] = [
+    ("settings", |_| "Settings".into(), false),
+    ("improvement", |_| "How probably one setting does better than another".into(), false),
+    ("correlation", |measure| format!("Correlation of {} and R_MI", measure.symbol), false),
+    ("instances", |_| "Every cell".into(), true),
 ];
 
-fn one(table: &Table) -> Markup {
+type About = (&'static str, fn(&Measure) -> String, bool);
+
+fn one(table: &Table, measure: &Measure) -> Markup {
     let is_number = |text: &str| text.is_empty() || text.parse::<f64>().is_ok();
     let is_text = |column: usize| !table.rows.iter().all(|row| is_number(&row[column]));
     let columns: Vec<_> = (0..table.header.len()).map(is_text).collect();
@@ -42,7 +46,7 @@ fn one(table: &Table) -> Markup {
         div .scroll tabindex="0" role="region" aria-label=(table.name) {
             table id=(format!("table-{}", table.name)) {
                 thead { tr { @for (name, text) in table.header.iter().zip(&columns) {
-                    th scope="col" .text[*text] { (heading(name)) }
+                    th scope="col" .text[*text] { (heading(name, measure)) }
                 } } }
                 tbody { @for row in &table.rows { tr { @for (value, text) in row.iter().zip(&columns) {
                     td .text[*text] { data value=(value) { (readable(value)) } }
@@ -53,14 +57,17 @@ fn one(table: &Table) -> Markup {
 }
 
 /// `R_Loc_last_window_m` as "R_Loc last window [m]".
-fn heading(name: &str) -> String {
-    let (name, unit) = match name.strip_suffix("_m") {
-        Some(name) => (name, " [m]"),
-        None => (name, ""),
+fn heading(name: &str, Measure { symbol, unit, .. }: &Measure) -> String {
+    let (name, unit) = match name.strip_suffix(&format!("_{unit}")) {
+        Some(name) => (name, format!(" [{unit}]")),
+        None => (name, String::new()),
     };
-    // The paper's letters keep their index.
-    let words = name.replace('_', " ").replace("R Loc", "R_Loc").replace("R MI", "R_MI");
-    words + unit
+    let mut words = name.replace('_', " ");
+    // Symbols keep their index.
+    for symbol in [symbol, "R_MI"] {
+        words = words.replace(&symbol.replace('_', " "), symbol);
+    }
+    words + &unit
 }
 
 fn readable(value: &str) -> String {
@@ -109,18 +116,22 @@ mod tests {
 
     #[test]
     fn headings_have_units() {
-        assert_eq!(heading("R_Loc_last_window_m"), "R_Loc last window [m]");
-        assert_eq!(heading("share_collapsed"), "share collapsed");
+        let walking = Measure::of_task("locomotion", "R_Loc", "m");
+        assert_eq!(heading("R_Loc_last_window_m", &walking), "R_Loc last window [m]");
+        assert_eq!(heading("share_collapsed", &walking), "share collapsed");
+        let turning = Measure::of_task("turning", "turning", "rad");
+        assert_eq!(heading("turning_mean_rad", &turning), "turning mean [rad]");
+        assert_eq!(heading("pearson_turning_R_MI", &turning), "pearson turning R_MI");
     }
 
     #[test]
     fn what_files_hold_is_escaped() {
         let table = Table {
             name: "settings",
-            header: vec!["setting"],
+            header: vec!["setting".into()],
             rows: vec![vec!["</script><b x=\"1\">&".into()]],
         };
-        let text = one(&table).into_string();
+        let text = one(&table, &Measure::of_task("turning", "turning", "rad")).into_string();
         assert!(!text.contains("</script>") && !text.contains("<b"), "{text}");
         assert!(text.contains("&lt;/script&gt;&lt;b x=&quot;1&quot;&gt;&amp;"), "{text}");
     }

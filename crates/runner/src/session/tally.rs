@@ -54,14 +54,14 @@ pub(super) fn row<'a>(
         net_displacement_m += (end.centre_of_gravity_m - Point3::from(world.start)).xy().norm();
     }
     let n = n as f64 * n_worlds;
-    let [reward, _raw, extrinsic, nats, nats_corrected, intrinsic, penalty, xi] =
+    let [reward, task, extrinsic, nats, nats_corrected, intrinsic, penalty, xi] =
         sum.terms.map(|sum| sum / n);
     Row {
         reward,
-        information_nats: nats,
-        information_miller_madow_nats: nats_corrected,
-        information: intrinsic,
-        locomotion_m: sum.advance_m / n,
+        intrinsic_nats: nats,
+        intrinsic_nats_corrected: nats_corrected,
+        intrinsic,
+        advance_m: sum.advance_m / n,
         extrinsic,
         penalty,
         xi,
@@ -69,6 +69,7 @@ pub(super) fn row<'a>(
         heading_change_rad: sum.heading_change_rad / n_worlds,
         penalised_contacts: sum.penalised_contacts,
         clipped_readings: sum.clipped_readings,
+        task,
         ..Row::default()
     }
 }

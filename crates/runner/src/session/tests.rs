@@ -134,7 +134,7 @@ fn worlds_share_the_parameters_and_nothing_else() {
     let mean = |value: fn(&Row) -> f64| rows.iter().map(value).sum::<f64>() / 3.0;
     // Sums in another order, of numbers below 1.
     let values: [fn(&Row) -> f64; 3] =
-        [|row| row.reward, |row| row.locomotion_m, |row| row.net_displacement_m];
+        [|row| row.reward, |row| row.advance_m, |row| row.net_displacement_m];
     for value in values {
         assert!((value(&row) - mean(value)).abs() < 1e-14 && value(&row) != 0.0);
     }
@@ -298,8 +298,8 @@ fn rewards_are_what_the_record_makes_them() {
 
     for (row, terms) in rows.iter().zip(record.terms.chunks(8 * T)) {
         let mean = |term: usize| terms.chunks(8).map(|it| it[term]).sum::<f64>() / T as f64;
-        assert_eq!((row.reward, row.locomotion_m), (mean(0), mean(1)));
-        assert_eq!((row.information_nats, row.information), (mean(3), mean(5)));
+        assert_eq!((row.reward, row.advance_m), (mean(0), mean(1)));
+        assert_eq!((row.intrinsic_nats, row.intrinsic), (mean(3), mean(5)));
         assert_eq!(row.control_steps, row.update * T as u64);
     }
 }
