@@ -189,7 +189,7 @@ pub struct Cell {
     /// The run's folder
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub out: PathBuf,
-    /// StopSignal after so many updates
+    /// Stop after so many updates
     #[arg(long, value_name = "UPDATES")]
     pub stop_after: Option<u64>,
     /// Who steps the world
@@ -261,7 +261,7 @@ pub struct Work {
     /// Who steps the worlds
     #[arg(long, value_enum, default_value_t)]
     pub solver: SolverKind,
-    /// StopSignal each cell after so many updates in this call
+    /// Stop each cell after so many updates in this call
     #[arg(long, value_name = "UPDATES")]
     pub stop_after: Option<u64>,
 }

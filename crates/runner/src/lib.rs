@@ -1,4 +1,4 @@
-//! The open_run: experiments from files, trained, recorded, resumed; what the binary `itarl` is made of.
+//! The lab: experiments from files, trained, recorded, resumed; what the binary `itarl` is made of.
 //!
 //! | file | what |
 //! |---|---|

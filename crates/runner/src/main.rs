@@ -1,4 +1,4 @@
-//! `itarl`: the open_run's command line.
+//! `itarl`: the lab's command line.
 
 #![forbid(unsafe_code)]
 

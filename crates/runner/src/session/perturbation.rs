@@ -1,5 +1,5 @@
 //! The perturbation: now and then some of the policy's output bits are flipped before they are
-//! executed, which the paper likens to a strong perturbation.
+//! executed, which the paper likens to a strong wind.
 //!
 //! Whether a bit is flipped in a control step depends on the seed, the step and the bit alone, so
 //! there is nothing to save.
@@ -21,9 +21,9 @@ pub struct Perturbation {
 }
 
 impl Perturbation {
-    /// Blows for `length` control steps, from every `every`-th on but not from step 0, and flips a
+    /// Active for `length` control steps, from every `every`-th on but not from step 0, and flips a
     /// bit with a probability, by a named stream of the seed's random numbers. With `every` 0 it
-    /// never is_active.
+    /// never is.
     #[must_use]
     pub fn new(every: u64, length: u64, flip_probability: f64, seed: u64, stream: &str) -> Self {
         let mut key = [0; 32];
@@ -33,13 +33,13 @@ impl Perturbation {
         Self { every, length, threshold, start: ChaCha8Rng::from_seed(key) }
     }
 
-    /// Whether it is_active in a control step.
+    /// Whether it is active in a control step.
     #[must_use]
     pub fn is_active(&self, step: u64) -> bool {
         self.every > 0 && step >= self.every && step % self.every < self.length
     }
 
-    /// Flips some of an action's bits, if it is_active in this control step.
+    /// Flips some of an action's bits, if it is active in this control step.
     pub fn perturb(&self, step: u64, action: &mut [bool]) {
         if !self.is_active(step) {
             return;

@@ -50,7 +50,7 @@ fn settings() -> impl Strategy<Value = Vec<usize>> {
     CHOICES.iter().map(|(_, values)| 0..values.len() + 2).collect::<Vec<_>>()
 }
 
-/// What the settings print_line, with or without sweeps.
+/// What the settings say, with or without sweeps.
 fn file(settings: &[usize], swept: bool) -> String {
     let (mut lines, mut sweep) = (vec!["model = 'm'".to_owned()], vec!["[sweep]".to_owned()]);
     for ((key, values), &choice) in CHOICES.iter().zip(settings) {

@@ -26,7 +26,7 @@ pub(super) trait Learner: Send {
     /// and the reward that followed.
     fn observe(&mut self, world: usize, score: &[f64], reward: f64) -> anyhow::Result<()>;
 
-    /// Control steps of a world that it has sums of in this update.
+    /// Control steps of a world that it has taken in during this update.
     fn steps(&self, world: usize) -> u64;
 
     /// After the last control step of an update: the gradient, `[n_parameters]`. The next update
