@@ -39,6 +39,6 @@ pub(super) fn run_of(settings: &[(&str, Vec<Vec<f64>>)]) -> Results {
         settings: settings.iter().map(setting).collect(),
         window: 1,
     };
-    Outcome::judge(&mut run);
+    Outcome::evaluate(&mut run);
     run
 }

@@ -299,7 +299,7 @@ mod tests {
                 cell.intrinsic_nats[7] = value;
                 cell.reward[7] = -value;
             }
-            Outcome::judge(&mut run);
+            Outcome::evaluate(&mut run);
             for figure in FIGURES.iter().filter(of_numbers) {
                 let drawing = draw(&run, figure, &Options::default()).unwrap();
                 assert!(!drawing.svg.contains("NaN"), "{} of {value}", figure.name);

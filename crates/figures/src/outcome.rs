@@ -63,7 +63,7 @@ struct Windows {
 
 impl Outcome {
     /// Fills in the run's window and the outcomes of all cells.
-    pub(super) fn judge(run: &mut Results) {
+    pub(super) fn evaluate(run: &mut Results) {
         let longest = run.longest();
         let window = tenth_of(longest as u64) as usize;
         run.window = window;

@@ -127,7 +127,7 @@ impl Results {
             return Err(Error::Empty { folder: folder.into(), omitted });
         }
         let mut read = Self { folder: folder.into(), measure, settings, window: 1 };
-        Outcome::judge(&mut read);
+        Outcome::evaluate(&mut read);
         read.read_contacts(&mut omitted);
         Ok((read, omitted))
     }

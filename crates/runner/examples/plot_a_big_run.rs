@@ -23,7 +23,7 @@ use rand_chacha::{
 };
 use reward::Terms;
 use runner::{
-    catalogue::{Catalogue, LabCell},
+    catalogue::{Catalogue, RunCell},
     report::Report,
 };
 use runs::{Bullet, Cell, Checkpoint, Extent, Header, Layout, NewRun, Precision, Recording};
@@ -122,7 +122,7 @@ fn make(
         cells: cells.collect(),
     };
     let catalogue = Catalogue::of(runs::Run::create(folder, &new)?)?;
-    for LabCell { cell, folder, identity, .. } in catalogue.cells() {
+    for RunCell { cell, folder, identity, .. } in catalogue.cells() {
         fs::create_dir_all(folder.path())?;
         let mut random = ChaCha8Rng::seed_from_u64(cell.index as u64);
         let xi = xi(cell.index / n_instances);

@@ -22,12 +22,12 @@ use crate::{
 pub struct Catalogue {
     run: Run,
     plan: Plan,
-    cells: Vec<LabCell>,
+    cells: Vec<RunCell>,
 }
 
 /// A cell of a run.
 #[derive(Clone, Debug)]
-pub struct LabCell {
+pub struct RunCell {
     /// Setting, seed and all other settings.
     pub cell: Cell,
     /// The folder with its files.
@@ -40,7 +40,7 @@ pub struct LabCell {
     pub(crate) initial: Option<usize>,
 }
 
-impl LabCell {
+impl RunCell {
     /// What its checkpoints must say.
     #[must_use]
     pub fn expected(&self) -> Expected {
@@ -108,7 +108,7 @@ impl Catalogue {
             let policy = initial.map(|index| &listed.policies[index]);
             let identity = identity(cell, &listed.models[model], policy);
             let folder = run.cell(in_manifest);
-            cells.push(LabCell { cell: cell.clone(), folder, identity, model, initial });
+            cells.push(RunCell { cell: cell.clone(), folder, identity, model, initial });
         }
         Ok(Self { run, plan, cells })
     }
@@ -117,7 +117,7 @@ impl Catalogue {
     ///
     /// # Errors
     /// If the folder isn't one of a run's cell; as [`Catalogue::open`].
-    pub fn of_cell(folder: &Path) -> anyhow::Result<(Self, LabCell)> {
+    pub fn of_cell(folder: &Path) -> anyhow::Result<(Self, RunCell)> {
         let not_a_cell = || {
             let folder = folder.display();
             format!("{folder}: a cell's folder expected, DIR/cells/SETTING/seed=N of a run")
@@ -151,7 +151,7 @@ impl Catalogue {
 
     /// All cells, by index.
     #[must_use]
-    pub fn cells(&self) -> &[LabCell] {
+    pub fn cells(&self) -> &[RunCell] {
         &self.cells
     }
 
@@ -167,7 +167,7 @@ impl Catalogue {
     ///
     /// # Errors
     /// As [`Catalogue::morphologies`].
-    pub fn morphology(&self, cell: &LabCell) -> anyhow::Result<Morphology> {
+    pub fn morphology(&self, cell: &RunCell) -> anyhow::Result<Morphology> {
         models::read(&self.run, cell.model)
     }
 
@@ -175,7 +175,7 @@ impl Catalogue {
     ///
     /// # Errors
     /// As [`CellFolder::rows`].
-    pub fn rows(&self, cell: &LabCell) -> Result<Vec<Row>, runs::Error> {
+    pub fn rows(&self, cell: &RunCell) -> Result<Vec<Row>, runs::Error> {
         let mut rows = self.expecting(cell, |expected| cell.folder.rows(expected))?;
         rows.iter_mut().for_each(|row| *row = cell.completed(*row));
         Ok(rows)
@@ -220,7 +220,7 @@ impl Catalogue {
     ///
     /// # Errors
     /// As [`CellFolder::header`].
-    pub fn check(&self, cell: &LabCell) -> Result<(), runs::Error> {
+    pub fn check(&self, cell: &RunCell) -> Result<(), runs::Error> {
         self.expecting(cell, |expected| cell.folder.header(expected)).map(|_| ())
     }
 
@@ -228,7 +228,7 @@ impl Catalogue {
     #[must_use]
     pub fn status(&self) -> Vec<CellStatus> {
         runs::parallel::map(&self.cells, |cell| {
-            let look = self.expecting(cell, |expected| cell.folder.look(expected));
+            let look = self.expecting(cell, |expected| cell.folder.inspect(expected));
             let look = look.map(|(state, saved_updates, latest)| {
                 (state, saved_updates, latest.map(|row| cell.completed(row)))
             });
@@ -244,7 +244,7 @@ impl Catalogue {
     /// Those of `open`.
     pub fn expecting<T>(
         &self,
-        cell: &LabCell,
+        cell: &RunCell,
         open: impl Fn(Expected) -> Result<T, runs::Error>,
     ) -> Result<T, runs::Error> {
         let opened = open(cell.expected());
@@ -311,11 +311,11 @@ mod tests {
         assert_eq!(identity(&cells[15]), "3f47c3baa87971e0");
     }
 
-    fn cell(settings: &str) -> LabCell {
+    fn cell(settings: &str) -> RunCell {
         let text = format!("model = '/m'\nlearning.steps_per_update = 4\n{settings}");
         let plan = Plan::written(Path::new("/x.toml"), &text).unwrap();
         let folder = CellFolder::new("cell");
-        LabCell { cell: plan.cells()[0].clone(), folder, identity: 0, model: 0, initial: None }
+        RunCell { cell: plan.cells()[0].clone(), folder, identity: 0, model: 0, initial: None }
     }
 
     #[test]

@@ -6,7 +6,7 @@ use scenes::{Clip, Task};
 use svenja::Morphology;
 
 use crate::{
-    catalogue::{Catalogue, LabCell},
+    catalogue::{Catalogue, RunCell},
     experiment::Experiment,
 };
 
@@ -29,7 +29,7 @@ pub fn of_recording(
 ///
 /// # Errors
 /// What can't be read, is damaged, or isn't there yet.
-pub fn of_cell(catalogue: &Catalogue, cell: &LabCell) -> anyhow::Result<Clip> {
+pub fn of_cell(catalogue: &Catalogue, cell: &RunCell) -> anyhow::Result<Clip> {
     let path = cell.folder.replay();
     let name = || path.display().to_string();
     let recording = Recording::read(&path)?

@@ -6,7 +6,7 @@ use std::{io, process::ExitCode, sync::Arc};
 
 use anyhow::Context;
 use clap::Parser;
-use runner::{cli::Cli, commands, progress::tell};
+use runner::{cli::Cli, commands, progress::notify};
 use signal_hook::{consts::SIGXFSZ, flag};
 
 fn main() -> ExitCode {
@@ -15,7 +15,7 @@ fn main() -> ExitCode {
         // Whoever reads our output has had enough.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            tell(format_args!("{error:#}"));
+            notify(format_args!("{error:#}"));
             ExitCode::FAILURE
         }
     }

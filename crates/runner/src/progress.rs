@@ -11,7 +11,7 @@ use figures::plain;
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use runs::{Header, Row};
 
-use crate::training::{Ending, Lab, LabCell, Observer};
+use crate::training::{Ending, Observer, OpenRun, RunCell};
 
 /// What the bars show; a test parses them.
 const OVERALL: &str = "{msg} {bar:30} {percent:>3} %  {pace}";
@@ -26,7 +26,7 @@ const QUIET: Duration = Duration::from_secs(1);
 const LINE_EVERY: Duration = Duration::from_secs(10);
 
 /// A line for people, on standard error. That nobody reads it is no reason to stop.
-pub fn tell(text: impl std::fmt::Display) {
+pub fn notify(text: impl std::fmt::Display) {
     let _ = writeln!(stderr(), "{}", plain(&text.to_string()));
 }
 
@@ -66,7 +66,7 @@ impl Counter {
         let mut last = lock(&self.last_line);
         if last.elapsed() >= LINE_EVERY {
             *last = Instant::now();
-            tell(format_args!("{}: {done} of {total} {what}", self.name));
+            notify(format_args!("{}: {done} of {total} {what}", self.name));
         }
     }
 
@@ -83,7 +83,10 @@ impl Drop for Counter {
 }
 
 /// An observer for these cells of a run.
-pub fn observer<'a>(lab: &Lab, cells: impl IntoIterator<Item = &'a LabCell>) -> Box<dyn Observer> {
+pub fn observer<'a>(
+    open_run: &OpenRun,
+    cells: impl IntoIterator<Item = &'a RunCell>,
+) -> Box<dyn Observer> {
     let mut work = Work::begin(Instant::now());
     for cell in cells {
         let saved = Header::read(&cell.folder.checkpoint()).ok().flatten();
@@ -92,25 +95,25 @@ pub fn observer<'a>(lab: &Lab, cells: impl IntoIterator<Item = &'a LabCell>) -> 
         work.total = work.total.saturating_add(all_steps(cell));
         work.stands(cell.cell.index, done);
     }
-    let name = lab.run().folder().display().to_string();
+    let name = open_run.run().folder().display().to_string();
     match stderr().is_terminal() {
         true => Box::new(Bars::new(&name, work, ProgressDrawTarget::stderr())),
         false => Box::new(Lines::new(name, work)),
     }
 }
 
-fn name(cell: &LabCell) -> String {
+fn name(cell: &RunCell) -> String {
     cell.cell.folder().display().to_string()
 }
 
 /// Control steps that a cell is to have.
-fn all_steps(cell: &LabCell) -> u64 {
+fn all_steps(cell: &RunCell) -> u64 {
     let learning = &cell.cell.experiment.learning;
     learning.updates.saturating_mul(learning.control_steps_per_update())
 }
 
 /// `update 120/300  R 1.2e-5  R_MI 0.031 nats  R_Loc 0.0042 m`
-fn values(cell: &LabCell, row: &Row) -> String {
+fn values(cell: &RunCell, row: &Row) -> String {
     let task = cell.task();
     format!(
         "update {}/{}  R {:+.1e}  R_MI {:.3} nats  {} {:+.4} {}",
@@ -191,7 +194,7 @@ impl Bars {
         Self { bars, overall, cells: Mutex::default(), work }
     }
 
-    fn cell(&self, cell: &LabCell) -> Option<ProgressBar> {
+    fn cell(&self, cell: &RunCell) -> Option<ProgressBar> {
         lock(&self.cells).get(&cell.cell.index).cloned()
     }
 
@@ -203,7 +206,7 @@ impl Bars {
 }
 
 impl Observer for Bars {
-    fn begin(&self, cell: &LabCell, control_steps: u64) {
+    fn begin(&self, cell: &RunCell, control_steps: u64) {
         lock(&self.work).stands(cell.cell.index, control_steps);
         self.show();
         let line = self.bars.add(ProgressBar::no_length());
@@ -217,7 +220,7 @@ impl Observer for Bars {
         lock(&self.cells).insert(cell.cell.index, line);
     }
 
-    fn row(&self, cell: &LabCell, row: &Row) {
+    fn row(&self, cell: &RunCell, row: &Row) {
         lock(&self.work).makes(cell.cell.index, row.control_steps);
         self.show();
         if let Some(line) = self.cell(cell) {
@@ -225,7 +228,7 @@ impl Observer for Bars {
         }
     }
 
-    fn end(&self, cell: &LabCell, ending: &Ending) {
+    fn end(&self, cell: &RunCell, ending: &Ending) {
         if matches!(ending, Ending::Done) {
             lock(&self.work).stands(cell.cell.index, all_steps(cell));
             self.show();
@@ -259,11 +262,11 @@ impl Lines {
 }
 
 impl Observer for Lines {
-    fn begin(&self, cell: &LabCell, control_steps: u64) {
+    fn begin(&self, cell: &RunCell, control_steps: u64) {
         lock(&self.state).0.stands(cell.cell.index, control_steps);
     }
 
-    fn row(&self, cell: &LabCell, row: &Row) {
+    fn row(&self, cell: &RunCell, row: &Row) {
         let mut state = lock(&self.state);
         let (work, last) = &mut *state;
         work.makes(cell.cell.index, row.control_steps);
@@ -272,7 +275,7 @@ impl Observer for Lines {
             return;
         }
         *last = now;
-        tell(format_args!(
+        notify(format_args!(
             "{}: {:.1} % of {} cells, {}; {}: {}",
             self.name,
             100.0 * work.done as f64 / work.total as f64,
@@ -283,7 +286,7 @@ impl Observer for Lines {
         ));
     }
 
-    fn end(&self, cell: &LabCell, ending: &Ending) {
+    fn end(&self, cell: &RunCell, ending: &Ending) {
         if matches!(ending, Ending::Done) {
             lock(&self.state).0.stands(cell.cell.index, all_steps(cell));
         }
@@ -294,7 +297,7 @@ impl Observer for Lines {
             Ending::Failed(_) => "failed",
             Ending::Broken(_) => "broken",
         };
-        tell(format_args!("{}: {}: {how}", self.name, name(cell)));
+        notify(format_args!("{}: {}: {how}", self.name, name(cell)));
     }
 }
 

@@ -119,7 +119,7 @@ pub fn roll_out(
     let mut solver = Solver::lockstep()?;
     while episode.is_settling() {
         episode.rest()?;
-        episode.hold(&mut solver)?;
+        episode.simulate(&mut solver)?;
         episode.settle()?;
     }
 
@@ -129,8 +129,8 @@ pub fn roll_out(
     let start = episode.state().centre_of_gravity_m;
     for step in 0..n_steps {
         driver.decide(step, &mut episode)?;
-        episode.hold(&mut solver)?;
-        let did = episode.judge(0)?;
+        episode.simulate(&mut solver)?;
+        let did = episode.evaluate(0)?;
         let seen = RolloutStep { step, did, episode: &episode };
         summary.add(&seen, n_contacts);
         see(&seen)?;

@@ -64,7 +64,7 @@ pub use metrics::{read_all, read_last};
 pub use replay::{Layout, Recording, Ring, Step, TENSORS};
 pub use row::{COLUMNS, Column, Row, header_line};
 pub use run::{MANIFEST, Run};
-pub use status::{CellStatus, Look, State};
+pub use status::{CellStatus, Inspection, State};
 
 #[cfg(test)]
 mod tests {

@@ -41,7 +41,7 @@ pub struct CellStatus {
 impl CellStatus {
     /// A cell that's to have `target_updates`, as it was seen. One that can't be read says why.
     #[must_use]
-    pub fn new(cell: &Cell, target_updates: u64, look: Result<Look, Error>) -> Self {
+    pub fn new(cell: &Cell, target_updates: u64, look: Result<Inspection, Error>) -> Self {
         let (state, saved_updates, latest) =
             look.unwrap_or_else(|error| (State::Unreadable(error.to_string()), 0, None));
         Self {
@@ -66,7 +66,7 @@ impl CellStatus {
 }
 
 /// What can be seen of a cell: its state, the updates in its checkpoint, its newest row.
-pub type Look = (State, u64, Option<Row>);
+pub type Inspection = (State, u64, Option<Row>);
 
 impl CellFolder {
     /// Where the cell stands. A cell that nobody is at is checked as a resume would check it.
@@ -76,7 +76,7 @@ impl CellFolder {
     ///
     /// # Errors
     /// As [`CellFolder::whole`].
-    pub fn look(&self, expected: Expected) -> Result<Look, Error> {
+    pub fn inspect(&self, expected: Expected) -> Result<Inspection, Error> {
         let is_running = is_locked(&self.lock())?;
         let header = match is_running {
             true => Header::read(&self.checkpoint())?,
@@ -126,7 +126,7 @@ mod tests {
 
     fn status(folder: &CellFolder, updates: u64) -> CellStatus {
         let cell = Cell { index: 0, setting: String::new(), seed: 0 };
-        CellStatus::new(&cell, updates, folder.look(Expected { updates, ..EXPECTED }))
+        CellStatus::new(&cell, updates, folder.inspect(Expected { updates, ..EXPECTED }))
     }
 
     #[test]

@@ -184,7 +184,7 @@ impl Robot {
             commands: Vec::new(),
             motors: Vec::new(),
         };
-        robot.look(world)?;
+        robot.update_poses(world)?;
         Ok(robot)
     }
 
@@ -193,7 +193,7 @@ impl Robot {
     ///
     /// # Errors
     /// As [`Robot::sense`].
-    pub fn look(&mut self, world: &World) -> Result<(), Error> {
+    pub fn update_poses(&mut self, world: &World) -> Result<(), Error> {
         world.read_bodies(&mut self.states)?;
         let n_slots = self.part_of_slot.len();
         if self.states.len() < n_slots {
@@ -203,7 +203,7 @@ impl Robot {
         Ok(())
     }
 
-    fn look_at_joints(&mut self, world: &World) -> Result<(), Error> {
+    fn update_joints(&mut self, world: &World) -> Result<(), Error> {
         world.read_angles_of(&self.moving, &mut self.angles).map_err(other_world)
     }
 
@@ -213,10 +213,10 @@ impl Robot {
     /// # Errors
     /// A world without the robot; what the world says of its state.
     pub fn sense(&mut self, world: &World, out: &mut Readings) -> Result<(), Error> {
-        self.look(world)?;
-        self.look_at_joints(world)?;
+        self.update_poses(world)?;
+        self.update_joints(world)?;
         world.read_contacts(&mut self.contact_points)?;
-        self.feel_contacts();
+        self.update_contacts();
 
         out.values.clear();
         out.clipped.clear();
@@ -232,7 +232,7 @@ impl Robot {
     }
 
     /// A part touches if something that isn't the robot is near enough.
-    fn feel_contacts(&mut self) {
+    fn update_contacts(&mut self) {
         self.touching.fill(false);
         let part = |id: BodyId| self.part_of_slot.get(id.index()).copied().flatten();
         for contact in &self.contact_points {
@@ -275,7 +275,7 @@ impl Robot {
     /// # Errors
     /// What the world refuses.
     pub fn drive(&mut self, world: &mut World) -> Result<(), Error> {
-        self.look_at_joints(world)?;
+        self.update_joints(world)?;
         self.commands.clear();
         for servo in &self.servos {
             let Sensor { joint, angle, place, .. } = servo.sensor;

@@ -12,7 +12,7 @@ use std::{
 use anyhow::Context;
 use svenja::Morphology;
 
-use super::{Outcome, say};
+use super::{Outcome, print_line};
 use crate::{
     cli::Bench,
     experiment::{Experiment, Plan},
@@ -45,8 +45,8 @@ pub(super) fn bench(arguments: &Bench) -> anyhow::Result<Outcome> {
             .map(|seed| Session::build(&experiment, &morphology, initial.as_deref(), seed))
             .collect::<Result<Vec<_>, _>>()
     };
-    let mut in_lanes = Crew::begin(lockstep, sessions(lanes)?)?;
-    let mut alone = Crew::begin(Solver::bullet(), sessions(1)?)?;
+    let mut in_lanes = Batch::begin(lockstep, sessions(lanes)?)?;
+    let mut alone = Batch::begin(Solver::bullet(), sessions(1)?)?;
     let mut ratios = Vec::new();
     let start = Instant::now();
     while ratios.is_empty() || start.elapsed() < length {
@@ -57,7 +57,7 @@ pub(super) fn bench(arguments: &Bench) -> anyhow::Result<Outcome> {
 
     let physics_steps = experiment.physics_steps_per_control_step() as f64;
     let instructions = in_lanes.solver.instructions().map_or("", bullet::Instructions::name);
-    say(format_args!(
+    print_line(format_args!(
         "{:.0} control steps/s with {lanes} cells in lanes ({instructions}), {:.0} with --solver \
          bullet: {:.2} times as many",
         in_lanes.rate(),
@@ -75,10 +75,10 @@ pub(super) fn bench(arguments: &Bench) -> anyhow::Result<Outcome> {
     ];
     for (name, seconds) in parts {
         let steps = in_lanes.all_steps as f64 * physics_steps;
-        say(format_args!("    {name:6} {:8.1} us a physics step", 1e6 * seconds / steps))?;
+        print_line(format_args!("    {name:6} {:8.1} us a physics step", 1e6 * seconds / steps))?;
     }
     alone.report("with --solver bullet")?;
-    say(format_args!(
+    print_line(format_args!(
         "the machine's mode: {:.0} us for a physics step of Bullet's own",
         1e6 * alone.physics.as_secs_f64() / (alone.steps as f64 * physics_steps)
     ))?;
@@ -86,7 +86,7 @@ pub(super) fn bench(arguments: &Bench) -> anyhow::Result<Outcome> {
 }
 
 /// Cells that are stepped together, and what that took.
-struct Crew {
+struct Batch {
     solver: Solver,
     sessions: Vec<Session>,
     /// Control steps of all worlds: those measured, and those with the ones in which they settled.
@@ -97,9 +97,9 @@ struct Crew {
     policy: Duration,
 }
 
-impl Crew {
+impl Batch {
     fn begin(solver: Solver, sessions: Vec<Session>) -> anyhow::Result<Self> {
-        let mut crew = Self {
+        let mut batch = Self {
             solver,
             sessions,
             steps: 0,
@@ -108,10 +108,10 @@ impl Crew {
             physics: Duration::ZERO,
             policy: Duration::ZERO,
         };
-        while crew.sessions.iter().any(Session::is_settling) {
-            crew.step()?;
+        while batch.sessions.iter().any(Session::is_settling) {
+            batch.step()?;
         }
-        Ok(crew)
+        Ok(batch)
     }
 
     fn step(&mut self) -> anyhow::Result<()> {
@@ -156,12 +156,14 @@ impl Crew {
     }
 
     fn report(&self, name: &str) -> anyhow::Result<()> {
-        say(format_args!("{name}:"))?;
+        print_line(format_args!("{name}:"))?;
         let rest = self.total - self.physics - self.policy;
         for (name, time) in [("physics", self.physics), ("policy", self.policy), ("rest", rest)] {
             let microseconds = 1e6 * time.as_secs_f64() / self.steps as f64;
             let share = 100.0 * time.as_secs_f64() / self.total.as_secs_f64();
-            say(format_args!("  {name:8} {microseconds:8.1} us a control step, {share:4.1} %"))?;
+            print_line(format_args!(
+                "  {name:8} {microseconds:8.1} us a control step, {share:4.1} %"
+            ))?;
         }
         Ok(())
     }

@@ -25,7 +25,7 @@ use figures::plain;
 use crate::{
     cli::{Cli, Command, ExperimentFile},
     experiment::Plan,
-    progress::tell,
+    progress::notify,
 };
 
 /// How a command ended, if it ran.
@@ -81,13 +81,13 @@ pub fn run(command: Command) -> anyhow::Result<Outcome> {
 fn open(arguments: &ExperimentFile) -> Result<Plan, Problems> {
     let plan = Plan::open(&arguments.file, &arguments.set)?;
     for Problem { place, message } in plan.warnings() {
-        tell(format_args!("{place}: warning: {message}"));
+        notify(format_args!("{place}: warning: {message}"));
     }
     Ok(plan)
 }
 
 /// Prints a text and a line break.
-fn say(text: impl std::fmt::Display) -> anyhow::Result<()> {
+fn print_line(text: impl std::fmt::Display) -> anyhow::Result<()> {
     print(format!("{}\n", plain(&text.to_string())).as_bytes())
 }
 

@@ -4,16 +4,16 @@ use std::path::{Path, PathBuf};
 
 use svenja::{Describe, Morphology};
 
-use super::{Outcome, say};
-use crate::{cli::Model, progress::tell};
+use super::{Outcome, print_line};
+use crate::{cli::Model, progress::notify};
 
 pub(super) fn model(arguments: &Model) -> anyhow::Result<Outcome> {
     match arguments {
         Model::Check { files } => each(files, |file, model| {
             for warning in model.warnings() {
-                tell(format_args!("{}: warning: {}", warning.place, warning.message));
+                notify(format_args!("{}: warning: {}", warning.place, warning.message));
             }
-            say(format_args!(
+            print_line(format_args!(
                 "{}: {}, {} bodies, {} actuators: fine",
                 file.display(),
                 model.name(),
@@ -21,7 +21,7 @@ pub(super) fn model(arguments: &Model) -> anyhow::Result<Outcome> {
                 model.actuators().len()
             ))
         }),
-        Model::Show { files } => each(files, |_, model| say(Describe(model))),
+        Model::Show { files } => each(files, |_, model| print_line(Describe(model))),
     }
 }
 
@@ -35,7 +35,7 @@ fn each(
         match Morphology::open(file) {
             Ok(model) => with(file, &model)?,
             Err(problems) => {
-                tell(problems);
+                notify(problems);
                 outcome = Outcome::Failed;
             }
         }

@@ -6,11 +6,11 @@ use anyhow::Context;
 use figures::{Error, FIGURES, Figure, Options, Results};
 use runs::atomic;
 
-use super::{Outcome, say};
+use super::{Outcome, print_line};
 use crate::{
     catalogue::Catalogue,
     cli::{Format, Plot},
-    progress::{Counter, tell},
+    progress::{Counter, notify},
 };
 
 pub(super) fn plot(arguments: &Plot) -> anyhow::Result<Outcome> {
@@ -18,7 +18,7 @@ pub(super) fn plot(arguments: &Plot) -> anyhow::Result<Outcome> {
     let catalogue = Catalogue::open(&arguments.run)?;
     let (results, omitted) =
         catalogue.results(&|done, total| counter.report(done, total, "cells read"))?;
-    counter.aside(|| omitted.iter().for_each(tell));
+    counter.aside(|| omitted.iter().for_each(notify));
 
     let folder = arguments.run.join("plots");
     fs::create_dir_all(&folder).with_context(|| format!("{}: making it", folder.display()))?;
@@ -35,12 +35,12 @@ pub(super) fn plot(arguments: &Plot) -> anyhow::Result<Outcome> {
         if let Some(why) = missing {
             // A robot may have none of this; asked for by name, it's missed.
             is_missing |= !all;
-            counter.aside(|| tell(format_args!("left out {why}")));
+            counter.aside(|| notify(format_args!("left out {why}")));
         }
         for (name, bytes) in files {
             let path = folder.join(name);
             atomic::write(&path, &bytes)?;
-            counter.aside(|| say(path.display()))?;
+            counter.aside(|| print_line(path.display()))?;
         }
         counter.report(i + 1, figures.len(), "figures drawn");
     }

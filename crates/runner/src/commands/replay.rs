@@ -14,7 +14,7 @@ use scenes::{
 };
 use svenja::Morphology;
 
-use super::{Outcome, say, subject::Subject};
+use super::{Outcome, print_line, subject::Subject};
 use crate::{
     catalogue::Catalogue,
     cli::{Replay, Size},
@@ -56,7 +56,7 @@ pub(super) fn replay(arguments: &Replay) -> anyhow::Result<Outcome> {
     if let Some(path) = mp4 {
         let film = film(&clip, arguments, MP4_SIZE, MP4_HZ);
         film.mp4(path, counter(path, &film))?;
-        say(path.display())?;
+        print_line(path.display())?;
     }
     Ok(Outcome::Done)
 }
@@ -82,7 +82,7 @@ fn counter(path: &Path, film: &Film<'_>) -> impl Fn(usize) + use<> {
 
 fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     atomic::write(path, bytes)?;
-    say(path.display())?;
+    print_line(path.display())?;
     Ok(())
 }
 

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use runs::atomic;
 
-use super::{Outcome, say};
+use super::{Outcome, print_line};
 use crate::{
-    progress::{Counter, tell},
+    progress::{Counter, notify},
     report::Report,
 };
 
@@ -17,7 +17,7 @@ pub(super) fn report(folder: &Path) -> anyhow::Result<Outcome> {
     let text = report.html(&progress)?;
     let path = folder.join("report.html");
     atomic::write(&path, text.as_bytes())?;
-    report.omitted().iter().for_each(tell);
-    say(path.display())?;
+    report.omitted().iter().for_each(notify);
+    print_line(path.display())?;
     Ok(if report.omitted().is_empty() { Outcome::Done } else { Outcome::Failed })
 }

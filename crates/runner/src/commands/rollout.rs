@@ -6,7 +6,7 @@ use reward::Terms;
 use runs::atomic;
 use svenja::Morphology;
 
-use super::{Outcome, say, subject::Subject};
+use super::{Outcome, print_line, subject::Subject};
 use crate::{
     cli::Rollout,
     rollout::{RolloutStep, Summary, roll_out},
@@ -30,7 +30,7 @@ pub(super) fn rollout(arguments: &Rollout) -> anyhow::Result<Outcome> {
     if let (Some(path), Some(table)) = (&arguments.csv, table) {
         atomic::write(path, table.as_bytes())?;
     }
-    say(report(&subject, policy, &summary))?;
+    print_line(report(&subject, policy, &summary))?;
     Ok(Outcome::Done)
 }
 

@@ -5,7 +5,7 @@ use clap::CommandFactory;
 use comfy_table::{ContentArrangement, Table, presets::NOTHING};
 use config::{Presence, Setting};
 
-use super::{Outcome, open, say};
+use super::{Outcome, open, print_line};
 use crate::{
     cli::{Cli, Config, ExperimentFile},
     experiment::explained,
@@ -18,10 +18,10 @@ pub(super) fn config(arguments: Config) -> anyhow::Result<Outcome> {
     match arguments {
         Config { help: Some(Some(key)), .. } => {
             let explained: Vec<_> = explained(&key).iter().map(explanation).collect();
-            say(explained.join("\n\n"))?;
+            print_line(explained.join("\n\n"))?;
         }
         Config { help: None, file: Some(file), set } => {
-            say(open(&ExperimentFile { file, set })?.to_toml().trim_end())?;
+            print_line(open(&ExperimentFile { file, set })?.to_toml().trim_end())?;
         }
         Config { .. } => help()?,
     }

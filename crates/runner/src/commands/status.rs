@@ -6,19 +6,19 @@ use comfy_table::{CellAlignment, Table, presets::ASCII_MARKDOWN};
 use figures::Measure;
 use runs::{CellStatus, Row, State};
 
-use super::{Outcome, say};
+use super::{Outcome, print_line};
 use crate::catalogue::Catalogue;
 
 pub(super) fn status(folder: &Path) -> anyhow::Result<Outcome> {
     let catalogue = Catalogue::open(folder)?;
     let (cells, measure) = (catalogue.status(), catalogue.measure());
-    say(table(&cells, &measure))?;
-    say(summary(&cells))?;
-    measure.caveat.iter().try_for_each(say)?;
+    print_line(table(&cells, &measure))?;
+    print_line(summary(&cells))?;
+    measure.caveat.iter().try_for_each(print_line)?;
     let broken = |cell: &&CellStatus| matches!(cell.state, State::Failed(_) | State::Unreadable(_));
     for cell in cells.iter().filter(broken) {
         if let State::Failed(reason) | State::Unreadable(reason) = &cell.state {
-            say(format_args!("{}/seed={}: {reason}", cell.setting, cell.seed))?;
+            print_line(format_args!("{}/seed={}: {reason}", cell.setting, cell.seed))?;
         }
     }
     let any_broken = cells.iter().any(|cell| broken(&cell));

@@ -9,7 +9,7 @@ use runs::atomic;
 use svenja::Morphology;
 
 use crate::{
-    catalogue::{Catalogue, LabCell},
+    catalogue::{Catalogue, RunCell},
     experiment::Experiment,
     gait::Gait,
     rollout::Driver,
@@ -22,7 +22,7 @@ pub(super) struct Subject {
     pub(super) experiment: Experiment,
     pub(super) morphology: Morphology,
     /// Who learned it.
-    pub(super) cell: Option<(Catalogue, LabCell)>,
+    pub(super) cell: Option<(Catalogue, RunCell)>,
 }
 
 impl Subject {

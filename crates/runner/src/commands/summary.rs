@@ -15,11 +15,11 @@ use figures::{
 };
 use runs::Row;
 
-use super::{Outcome, say};
+use super::{Outcome, print_line};
 use crate::{
-    catalogue::{Catalogue, LabCell},
+    catalogue::{Catalogue, RunCell},
     cli::{Summary, Updates},
-    progress::tell,
+    progress::notify,
 };
 
 /// What a cell did in early and in late updates.
@@ -35,14 +35,14 @@ pub(super) fn summary(arguments: &Summary) -> anyhow::Result<Outcome> {
     let mut outcome = Outcome::Done;
     let mut settings: BTreeMap<usize, (String, Vec<Windows>)> = BTreeMap::new();
     let mut windows = None;
-    for lab_cell in catalogue.cells() {
-        let LabCell { cell, folder, .. } = lab_cell;
+    for run_cell in catalogue.cells() {
+        let RunCell { cell, folder, .. } = run_cell;
         let path = folder.metrics();
-        let rows = match catalogue.rows(lab_cell) {
+        let rows = match catalogue.rows(run_cell) {
             Ok(rows) if rows.is_empty() && !path.exists() => continue,
             Ok(rows) => rows,
             Err(error) => {
-                tell(Omitted::new(cell.folder().display(), error));
+                notify(Omitted::new(cell.folder().display(), error));
                 outcome = Outcome::Failed;
                 continue;
             }
@@ -51,7 +51,11 @@ pub(super) fn summary(arguments: &Summary) -> anyhow::Result<Outcome> {
         let (Some(first), Some(second)) =
             (means(&rows, &measure, early), means(&rows, &measure, late))
         else {
-            say(format_args!("{}: left out, it has {} updates", path.display(), rows.len()))?;
+            print_line(format_args!(
+                "{}: left out, it has {} updates",
+                path.display(),
+                rows.len()
+            ))?;
             continue;
         };
         let known = settings.values().position(|(setting, _)| *setting == cell.setting);
@@ -65,13 +69,13 @@ pub(super) fn summary(arguments: &Summary) -> anyhow::Result<Outcome> {
     let Some([early, late]) = windows.filter(|_| !settings.is_empty()) else {
         bail!("{}: no cell has the updates that are asked for", arguments.run.display());
     };
-    say(format_args!("means over updates {early} (early) and {late} (late)"))?;
-    say(table(settings.values(), &measure))?;
-    say(format_args!(
+    print_line(format_args!("means over updates {early} (early) and {late} (late)"))?;
+    print_line(table(settings.values(), &measure))?;
+    print_line(format_args!(
         "p: one-sided paired t-test of {}, late above early, over a setting's seeds; - of one seed",
         measure.symbol
     ))?;
-    measure.caveat.iter().try_for_each(say)?;
+    measure.caveat.iter().try_for_each(print_line)?;
     Ok(outcome)
 }
 

@@ -9,11 +9,11 @@ use std::{
 use anyhow::bail;
 use bullet::LockstepCounts;
 
-use super::{Outcome, open, say};
+use super::{Outcome, open, print_line};
 use crate::{
     cli::{Cell, Resume, Train, Work},
-    progress::{self, tell},
-    training::{Ending, How, Lab, LabCell, Limits, Stop, check_files, train_all},
+    progress::{self, notify},
+    training::{Ending, How, Limits, OpenRun, RunCell, StopSignal, check_files, train_all},
 };
 
 pub(super) fn train(arguments: &Train) -> anyhow::Result<Outcome> {
@@ -21,16 +21,16 @@ pub(super) fn train(arguments: &Train) -> anyhow::Result<Outcome> {
     if arguments.list {
         check_files(&plan)?;
         for (index, setting, seed) in plan.listing() {
-            say(format_args!("{index}\t{setting}/seed={seed}"))?;
+            print_line(format_args!("{index}\t{setting}/seed={seed}"))?;
         }
         return Ok(Outcome::Done);
     }
     let out = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.experiment.file));
-    work(&Lab::begin(&plan, &out)?, &arguments.work)
+    work(&OpenRun::begin(&plan, &out)?, &arguments.work)
 }
 
 pub(super) fn resume(arguments: &Resume) -> anyhow::Result<Outcome> {
-    work(&Lab::open(&arguments.run, arguments.updates)?, &arguments.work)
+    work(&OpenRun::open(&arguments.run, arguments.updates)?, &arguments.work)
 }
 
 pub(super) fn cell(arguments: &Cell) -> anyhow::Result<Outcome> {
@@ -39,10 +39,10 @@ pub(super) fn cell(arguments: &Cell) -> anyhow::Result<Outcome> {
     if index >= n {
         bail!("--index must be a cell's number from 0 to {}, got {index}", n - 1);
     }
-    let lab = Lab::begin(&plan, &arguments.out)?;
+    let open_run = OpenRun::begin(&plan, &arguments.out)?;
     let limits = Limits { stop_after: arguments.stop_after };
     let how = How { threads: 1, solver: arguments.solver, lanes: None, limits };
-    train_cells(&lab, &[&lab.cells()[index]], &how)
+    train_cells(&open_run, &[&open_run.cells()[index]], &how)
 }
 
 /// runs/NAME for NAME.toml
@@ -50,7 +50,7 @@ fn default_folder(file: &Path) -> PathBuf {
     Path::new("runs").join(file.file_stem().unwrap_or_default())
 }
 
-fn work(lab: &Lab, work: &Work) -> anyhow::Result<Outcome> {
+fn work(open_run: &OpenRun, work: &Work) -> anyhow::Result<Outcome> {
     let cores = thread::available_parallelism().map_or(1, NonZero::get);
     let how = How {
         threads: work.threads.map_or(cores, usize::from),
@@ -58,21 +58,21 @@ fn work(lab: &Lab, work: &Work) -> anyhow::Result<Outcome> {
         lanes: work.lanes.map(usize::from),
         limits: Limits { stop_after: work.stop_after },
     };
-    train_cells(lab, &lab.cells().iter().collect::<Vec<_>>(), &how)
+    train_cells(open_run, &open_run.cells().iter().collect::<Vec<_>>(), &how)
 }
 
-fn train_cells(lab: &Lab, cells: &[&LabCell], how: &How) -> anyhow::Result<Outcome> {
-    let stop = Stop::at_signals()?;
-    let observer = progress::observer(lab, cells.iter().copied());
-    let trained = train_all(lab, cells, how, &stop, &*observer);
+fn train_cells(open_run: &OpenRun, cells: &[&RunCell], how: &How) -> anyhow::Result<Outcome> {
+    let stop = StopSignal::at_signals()?;
+    let observer = progress::observer(open_run, cells.iter().copied());
+    let trained = train_all(open_run, cells, how, &stop, &*observer);
     drop(observer);
     let trained = trained?;
     warn(&trained.counts);
     if let Some(error) = &trained.crowded {
-        tell(format_args!("note: fewer cells were trained at a time: {error:#}{ADVICE}"));
+        notify(format_args!("note: fewer cells were trained at a time: {error:#}{ADVICE}"));
     }
     let folders = cells.iter().map(|cell| cell.folder.path());
-    report(lab, &folders.zip(&trained.endings).collect::<Vec<_>>())
+    report(open_run, &folders.zip(&trained.endings).collect::<Vec<_>>())
 }
 
 /// For whoever has too few open files.
@@ -83,7 +83,7 @@ fn warn(counts: &LockstepCounts) {
     let own = counts.uncovered + counts.doubtful + counts.unfinished;
     let all = own + counts.swept;
     if own * 100 > all {
-        tell(format_args!(
+        notify(format_args!(
             "note: lanes didn't cover {:.0} % of the physics steps, which took Bullet's own solver: \
              the bits are the same, but it's slower ({} for rolling friction, {} for changes too \
              small to tell from none, {} for numbers that weren't finite)",
@@ -96,7 +96,7 @@ fn warn(counts: &LockstepCounts) {
 }
 
 /// Says how it ended, and what to do next.
-fn report(lab: &Lab, endings: &[(&Path, &Ending)]) -> anyhow::Result<Outcome> {
+fn report(open_run: &OpenRun, endings: &[(&Path, &Ending)]) -> anyhow::Result<Outcome> {
     let (mut n_stopped, mut n_elsewhere, mut n_failed) = (0, 0, 0);
     for (folder, ending) in endings {
         match ending {
@@ -105,19 +105,19 @@ fn report(lab: &Lab, endings: &[(&Path, &Ending)]) -> anyhow::Result<Outcome> {
             Ending::Elsewhere => n_elsewhere += 1,
             Ending::Crowded(error) => {
                 n_stopped += 1;
-                tell(format_args!("{error:#}{ADVICE}"));
+                notify(format_args!("{error:#}{ADVICE}"));
             }
             Ending::Failed(reason) => {
                 n_failed += 1;
-                tell(format_args!("{}: failed: {reason}", folder.display()));
+                notify(format_args!("{}: failed: {reason}", folder.display()));
             }
             Ending::Broken(error) => {
                 n_failed += 1;
-                tell(format_args!("{error:#}"));
+                notify(format_args!("{error:#}"));
             }
         }
     }
-    let run = lab.run().folder().display();
+    let run = open_run.run().folder().display();
     let n_done = endings.len() - n_stopped - n_elsewhere - n_failed;
     let mut said = format!("{run}: {n_done} of {} cells done", endings.len());
     if n_stopped > 0 {
@@ -129,7 +129,7 @@ fn report(lab: &Lab, endings: &[(&Path, &Ending)]) -> anyhow::Result<Outcome> {
     if n_failed > 0 {
         said += &format!(", {n_failed} failed");
     }
-    say(said)?;
+    print_line(said)?;
     Ok(match (n_failed, n_stopped + n_elsewhere) {
         (0, 0) => Outcome::Done,
         (0, _) => Outcome::Stopped,

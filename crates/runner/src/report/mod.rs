@@ -20,7 +20,7 @@ use scenes::{
 };
 
 use crate::{
-    catalogue::{Catalogue, LabCell},
+    catalogue::{Catalogue, RunCell},
     clips,
 };
 
@@ -63,7 +63,7 @@ impl Report {
         let wanted = self.wanted();
         let each = REPLAY_BYTES / wanted.len().max(1);
         for (i, Wanted { setting, seed, label }) in wanted.iter().enumerate() {
-            let is_it = |it: &&LabCell| it.cell.setting == *setting && it.cell.seed == *seed;
+            let is_it = |it: &&RunCell| it.cell.setting == *setting && it.cell.seed == *seed;
             let Some(cell) = self.catalogue.cells().iter().find(is_it) else { continue };
             if !records(cell) {
                 continue;
@@ -177,7 +177,7 @@ impl Report {
 }
 
 /// Whether the cell's experiment asks for recorded control steps.
-fn records(cell: &LabCell) -> bool {
+fn records(cell: &RunCell) -> bool {
     cell.cell.experiment.record.steps > 0
 }
 

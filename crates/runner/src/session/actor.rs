@@ -12,15 +12,15 @@ use reward::Terms;
 use runs::Ring;
 use svenja::Morphology;
 
-use super::{Episode, Error, Wind, learner::Learner, tally::Tally};
+use super::{Episode, Error, Perturbation, learner::Learner, update_sums::UpdateSums};
 use crate::experiment::Experiment;
 
 /// A robot in its world, with what it has of its own.
 pub(super) struct Actor {
     pub(super) episode: Episode,
     pub(super) policy: Box<dyn Policy>,
-    wind: Wind,
-    pub(super) tally: Tally,
+    perturbation: Perturbation,
+    pub(super) sums: UpdateSums,
     pub(super) buffers: Buffers,
     /// What the last control step was worth.
     pub(super) terms: Terms,
@@ -56,11 +56,17 @@ impl Actor {
             .map_err(|error| build(&error))?;
         policy.draw_from(seed, &stream("policy", world));
         let n = policy.parameters().len();
-        let wind = &experiment.perturbation;
-        let blowing = stream("perturbation", world);
+        let perturbation = &experiment.perturbation;
+        let stream = stream("perturbation", world);
         Ok(Self {
-            wind: Wind::new(wind.every, wind.length, wind.flip_probability, seed, &blowing),
-            tally: Tally::default(),
+            perturbation: Perturbation::new(
+                perturbation.every,
+                perturbation.length,
+                perturbation.flip_probability,
+                seed,
+                &stream,
+            ),
+            sums: UpdateSums::default(),
             buffers: Buffers {
                 output: vec![false; policy.n_outputs()],
                 action: vec![false; policy.n_outputs()],
@@ -75,7 +81,7 @@ impl Actor {
 
     /// Before the first control step of an update.
     pub(super) fn begin_update(&mut self) {
-        self.tally = Tally::begin(self.episode.state());
+        self.sums = UpdateSums::begin(self.episode.state());
     }
 
     /// Before the physics of a control step: what the robot shall do. The score is only made if it's
@@ -95,7 +101,7 @@ impl Actor {
         }
         self.policy_time += start.elapsed();
         action.copy_from_slice(output);
-        self.wind.perturb(step, action);
+        self.perturbation.perturb(step, action);
         self.episode.act(action)
     }
 
@@ -110,9 +116,9 @@ impl Actor {
         if self.episode.is_settling() {
             return self.episode.settle();
         }
-        let step = self.episode.judge(updates)?;
-        self.tally.add(&step);
-        learner.hear(world, &self.buffers.score, step.terms.reward)?;
+        let step = self.episode.evaluate(updates)?;
+        self.sums.add(&step);
+        learner.observe(world, &self.buffers.score, step.terms.reward)?;
         self.terms = step.terms;
         Ok(())
     }

@@ -68,12 +68,12 @@ impl Body {
     }
 
     /// The world after a physics step of a control step, counted from 1.
-    fn look(&mut self, step: u64) -> Result<(), svenja::Error> {
+    fn after_physics_step(&mut self, step: u64) -> Result<(), svenja::Error> {
         if !self.work_j.is_empty() {
             self.robot.add_work(&self.world, &mut self.work_j)?;
         }
         if step.is_multiple_of(self.pose_every) {
-            self.robot.look(&self.world)?;
+            self.robot.update_poses(&self.world)?;
             self.record_poses();
         }
         Ok(())
@@ -148,7 +148,7 @@ impl Body {
 
 /// Lets bodies with the same physics hold their targets for a control step, all in step. What
 /// becomes of one doesn't touch the others.
-pub(super) fn hold(
+pub(super) fn simulate(
     bodies: &mut [&mut Body],
     solver: &mut Solver,
 ) -> Vec<Result<(), svenja::Error>> {
@@ -160,19 +160,20 @@ pub(super) fn hold(
     }
     for step in 1..=n_physics_steps {
         let start = Instant::now();
-        let mut well: Vec<_> =
+        let mut healthy: Vec<_> =
             bodies.iter_mut().zip(&mut results).filter(|(_, result)| result.is_ok()).collect();
-        for (body, result) in &mut well {
+        for (body, result) in &mut healthy {
             **result = body.robot.drive(&mut body.world);
         }
-        well.retain(|(_, result)| result.is_ok());
+        healthy.retain(|(_, result)| result.is_ok());
         let mut worlds: Vec<&mut World> =
-            well.iter_mut().map(|(body, _)| &mut body.world).collect();
+            healthy.iter_mut().map(|(body, _)| &mut body.world).collect();
         let stepped = solver.step(&mut worlds);
         solver.spent_since(start);
-        for ((body, result), stepped) in well.into_iter().zip(stepped) {
-            *result =
-                stepped.map_err(|error| body.robot.explain(error)).and_then(|()| body.look(step));
+        for ((body, result), stepped) in healthy.into_iter().zip(stepped) {
+            *result = stepped
+                .map_err(|error| body.robot.explain(error))
+                .and_then(|()| body.after_physics_step(step));
         }
     }
     for (body, result) in bodies.iter_mut().zip(&mut results) {

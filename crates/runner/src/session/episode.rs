@@ -1,8 +1,8 @@
 //! A robot's life in its world: it acts, feels what came of it, and is told what that was worth.
 //! Who decides about its actions is somebody else, who may learn from that or not.
 //!
-//! A control step is [`Episode::act`] (or [`Episode::aim`]), [`hold`], [`Episode::judge`]. Before the
-//! first one the robot settles: [`Episode::rest`], [`hold`], [`Episode::settle`], as long as it
+//! A control step is [`Episode::act`] (or [`Episode::aim`]), [`simulate`], [`Episode::evaluate`]. Before the
+//! first one the robot settles: [`Episode::rest`], [`simulate`], [`Episode::settle`], as long as it
 //! [is settling](Episode::is_settling).
 
 use reward::{Group, Reward, RobotLayout, RobotState, Terms, Transition};
@@ -31,7 +31,7 @@ pub struct Episode {
 
 /// Where an episode stood between two control steps.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Home {
+pub(super) struct SettledState {
     /// The world's snapshot.
     world: Vec<u8>,
     /// `[n_inputs]`
@@ -157,8 +157,8 @@ impl Episode {
     ///
     /// # Errors
     /// [`svenja::Error::BlewUp`].
-    pub fn hold(&mut self, solver: &mut Solver) -> Result<(), svenja::Error> {
-        hold(&mut [self], solver).remove(0)
+    pub fn simulate(&mut self, solver: &mut Solver) -> Result<(), svenja::Error> {
+        simulate(&mut [self], solver).remove(0)
     }
 
     /// After the physics: takes in the new readings, and tells what the control step was worth,
@@ -166,7 +166,7 @@ impl Episode {
     ///
     /// # Errors
     /// A reading that can't be taken in; a reward that isn't finite.
-    pub fn judge(&mut self, updates: u64) -> anyhow::Result<Evaluation> {
+    pub fn evaluate(&mut self, updates: u64) -> anyhow::Result<Evaluation> {
         let readings = self.body.readings();
         self.codec.encode(&readings.values)?;
         std::mem::swap(&mut self.before, &mut self.state);
@@ -217,17 +217,17 @@ impl Episode {
         &self.state
     }
 
-    /// Where it stands, to [go back](Self::go_home) to.
-    pub(super) fn home(&mut self) -> anyhow::Result<Home> {
+    /// Where it stands, to [go back](Self::restart_from) to.
+    pub(super) fn settled_state(&mut self) -> anyhow::Result<SettledState> {
         let (inputs, reward) = (self.inputs().to_vec(), self.reward.save());
-        Ok(Home { world: self.body.save()?, inputs, reward })
+        Ok(SettledState { world: self.body.save()?, inputs, reward })
     }
 
     /// Goes back to where this episode, or another one that was the same until then, stood.
-    pub(super) fn go_home(&mut self, home: &Home) -> anyhow::Result<()> {
-        self.body.restore(&home.world)?;
-        self.codec.restore(&home.inputs);
-        self.reward.restore(&home.reward)?;
+    pub(super) fn restart_from(&mut self, settled: &SettledState) -> anyhow::Result<()> {
+        self.body.restore(&settled.world)?;
+        self.codec.restore(&settled.inputs);
+        self.reward.restore(&settled.reward)?;
         self.restored();
         Ok(())
     }
@@ -241,9 +241,12 @@ impl Episode {
 
 /// The physics of a control step of some episodes in step, which have the same physics: their
 /// robots hold their targets. What becomes of one doesn't touch the others.
-pub fn hold(episodes: &mut [&mut Episode], solver: &mut Solver) -> Vec<Result<(), svenja::Error>> {
+pub fn simulate(
+    episodes: &mut [&mut Episode],
+    solver: &mut Solver,
+) -> Vec<Result<(), svenja::Error>> {
     let mut bodies: Vec<&mut Body> = episodes.iter_mut().map(|it| &mut it.body).collect();
-    body::hold(&mut bodies, solver)
+    body::simulate(&mut bodies, solver)
 }
 
 /// Other values in the same memory.

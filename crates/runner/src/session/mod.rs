@@ -9,11 +9,11 @@ mod codec;
 mod episode;
 mod error;
 mod learner;
+mod perturbation;
 mod solver;
 mod state;
 mod structure;
-mod tally;
-mod wind;
+mod update_sums;
 
 use std::time::Duration;
 
@@ -23,17 +23,17 @@ use svenja::Morphology;
 
 pub use body::Body;
 pub use codec::{Codec, CodecShape};
-pub use episode::{Episode, Evaluation, hold, recorded_layout};
+pub use episode::{Episode, Evaluation, recorded_layout, simulate};
 pub use error::Error;
+pub use perturbation::Perturbation;
 pub use solver::Solver;
 pub use structure::build_policy;
-pub use wind::Wind;
 
 use runs::{Recording, Ring, Row};
 
 use crate::experiment::Experiment;
 use actor::Actor;
-use episode::Home;
+use episode::SettledState;
 use learner::Learner;
 
 /// One training instance at work: a policy that acts in some worlds at a time, and learns from all.
@@ -52,7 +52,7 @@ pub struct Session {
     steps: u64,
     updates: u64,
     /// Where the robots settled, if each update begins there: it's the same in all worlds.
-    home: Option<Home>,
+    settled: Option<SettledState>,
     /// theta, or a world's, and a gradient, on their way from here to there, `[n_parameters]`.
     parameters: Vec<f64>,
     gradient: Vec<f64>,
@@ -92,7 +92,7 @@ impl Session {
                 .map_err(|e| build(&e))?,
             steps: 0,
             updates: 0,
-            home: None,
+            settled: None,
             parameters: vec![0.0; n],
             gradient: vec![0.0; n],
             policy,
@@ -110,19 +110,19 @@ impl Session {
 
     /// The worlds get their parameters, and are where they shall begin.
     fn begin_update(&mut self) -> Result<(), Error> {
-        if self.learner.begins_anew() && self.home.is_none() {
-            let home = self.actors[0].episode.home();
-            self.home = Some(home.map_err(|error| self.blew_up(error))?);
+        if self.learner.begins_anew() && self.settled.is_none() {
+            let settled = self.actors[0].episode.settled_state();
+            self.settled = Some(settled.map_err(|error| self.blew_up(error))?);
         }
-        let home = self.home.take();
+        let settled = self.settled.take();
         let begun = self.each_actor(|actor, _, _| {
-            if let Some(home) = &home {
-                actor.episode.go_home(home)?;
+            if let Some(settled) = &settled {
+                actor.episode.restart_from(settled)?;
             }
             actor.begin_update();
             Ok(())
         });
-        self.home = home;
+        self.settled = settled;
         begun?;
         self.hand_out_parameters()
     }
@@ -185,13 +185,13 @@ impl Session {
     }
 
     fn row(&self) -> Row {
-        let tallies = self.actors.iter().map(|actor| (&actor.tally, actor.episode.state()));
+        let sums = self.actors.iter().map(|actor| (&actor.sums, actor.episode.state()));
         Row {
             update: self.updates,
             control_steps: self.control_steps(),
             parameter_norm: norm(self.policy.parameters()),
             gradient_norm: norm(&self.gradient),
-            ..tally::row(tallies, self.steps_per_update)
+            ..update_sums::row(sums, self.steps_per_update)
         }
     }
 
@@ -302,14 +302,15 @@ fn check_room(n_parameters: usize, worlds: usize) -> Result<(), Error> {
 /// rewards. The cells have the same physics; what becomes of one doesn't touch the others.
 pub fn control_step(sessions: &mut [&mut Session], solver: &mut Solver) -> Vec<Result<(), Error>> {
     let mut results: Vec<_> = sessions.iter_mut().map(|session| session.before()).collect();
-    let mut well: Vec<_> =
+    let mut healthy: Vec<_> =
         sessions.iter_mut().zip(&mut results).filter(|(_, result)| result.is_ok()).collect();
-    let actors = well.iter_mut().flat_map(|(session, _)| &mut session.actors);
+    let actors = healthy.iter_mut().flat_map(|(session, _)| &mut session.actors);
     let mut episodes: Vec<&mut Episode> = actors.map(|actor| &mut actor.episode).collect();
-    let mut held = hold(&mut episodes, solver).into_iter();
-    for (session, result) in well {
-        let worlds: Vec<_> = held.by_ref().take(session.worlds()).enumerate().collect();
-        let lost = worlds.iter().find_map(|(world, held)| Some((*world, held.as_ref().err()?)));
+    let mut simulated = simulate(&mut episodes, solver).into_iter();
+    for (session, result) in healthy {
+        let worlds: Vec<_> = simulated.by_ref().take(session.worlds()).enumerate().collect();
+        let lost =
+            worlds.iter().find_map(|(world, simulated)| Some((*world, simulated.as_ref().err()?)));
         *result = match lost {
             Some((world, error)) => Err(session.lost(world, error)),
             None => session.after(),

@@ -12,7 +12,7 @@ const PARAMETERS: &str = "parameters";
 const OPTIMISER: &str = "optimiser";
 const RECORDING: &str = "recording";
 /// Only there if each update begins where the robots settled.
-const HOME: &str = "home";
+const SETTLED: &str = "settled";
 // Those of a world.
 const WORLD: &str = "world";
 const INPUTS: &str = "inputs";
@@ -40,8 +40,8 @@ impl Session {
             (OPTIMISER.to_owned(), bytes(&self.optimiser.state())?),
             (RECORDING.to_owned(), self.recording().section()?),
         ]);
-        if let Some(home) = &self.home {
-            sections.insert(HOME.to_owned(), bytes(home)?);
+        if let Some(settled) = &self.settled {
+            sections.insert(SETTLED.to_owned(), bytes(settled)?);
         }
         for (world, actor) in self.actors.iter_mut().enumerate() {
             let mut saved = actor.save(is_within)?;
@@ -65,7 +65,7 @@ impl Session {
         let recording = recording.map_err(|error| sections.misfit(RECORDING, error))?;
         self.ring.restore(&recording).map_err(|error| sections.misfit(RECORDING, error))?;
         if self.learner.begins_anew() {
-            self.home = Some(sections.read(HOME)?);
+            self.settled = Some(sections.read(SETTLED)?);
         }
         self.updates = checkpoint.header.updates;
         self.steps = checkpoint.header.control_steps / self.worlds() as u64;
@@ -91,7 +91,7 @@ impl Session {
                 return Err(sections.misfit(LEARNER, message));
             }
             if steps > 0 {
-                actor.tally = sections.read(TALLY)?;
+                actor.sums = sections.read(TALLY)?;
             }
         }
         Ok(())
@@ -107,7 +107,7 @@ impl Actor {
             (REWARD, bytes(&self.episode.reward.save())?),
         ];
         if is_within_update {
-            sections.push((TALLY, bytes(&self.tally)?));
+            sections.push((TALLY, bytes(&self.sums)?));
         }
         Ok(sections)
     }

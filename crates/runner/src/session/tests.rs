@@ -124,12 +124,13 @@ fn worlds_share_the_parameters_and_nothing_else() {
     assert_ne!(together[1], together[2]);
     assert_eq!((one.control_steps(), three.control_steps()), (T as u64, 3 * T as u64));
 
-    let displacements: Vec<_> = three.actors.iter().map(|actor| actor.tally.clone()).collect();
+    let displacements: Vec<_> = three.actors.iter().map(|actor| actor.sums.clone()).collect();
     let row = three.learn().unwrap();
     assert_eq!((row.update, row.control_steps), (1, 3 * T as u64));
-    let alone =
-        |tally, actor: &Actor| tally::row([(tally, actor.episode.state())].into_iter(), T as u64);
-    let rows = displacements.iter().zip(&three.actors).map(|(tally, actor)| alone(tally, actor));
+    let alone = |sums, actor: &Actor| {
+        update_sums::row([(sums, actor.episode.state())].into_iter(), T as u64)
+    };
+    let rows = displacements.iter().zip(&three.actors).map(|(sums, actor)| alone(sums, actor));
     let rows: Vec<Row> = rows.collect();
     let mean = |value: fn(&Row) -> f64| rows.iter().map(value).sum::<f64>() / 3.0;
     // Sums in another order, of numbers below 1.
@@ -203,10 +204,10 @@ fn the_wind_changes_what_is_done_and_not_what_is_learned() {
         advance(&mut session);
         let Buffers { output, action, score, .. } = &session.actors[0].buffers;
 
-        let blows = step >= 50 && step % 50 < 7;
-        n_flipped += usize::from(blows);
+        let is_active = step >= 50 && step % 50 < 7;
+        n_flipped += usize::from(is_active);
         for (done, own) in action.iter().zip(output) {
-            assert_eq!(done != own, blows, "step {step}");
+            assert_eq!(done != own, is_active, "step {step}");
         }
         let executed: Vec<_> = action.iter().map(|&bit| if bit { 0.5 } else { -0.5 }).collect();
         assert_eq!(session.actors[0].episode.targets(), executed);
@@ -406,7 +407,7 @@ fn a_checkpoint_whose_numbers_do_not_fit_each_other_is_refused() {
     for updates in [u64::MAX, u64::MAX / T as u64, 6_735_281_601_315_911_789] {
         refused(&|it| it.header.updates = updates, "'estimator' doesn't fit");
     }
-    refused(&|it| drop(it.sections.remove("tally")), "'tally' doesn't fit: it's missing");
+    refused(&|it| drop(it.sections.remove("tally")), "'sums' doesn't fit: it's missing");
 }
 
 /// Where the body pitches by 60 degrees, a metre counts half: the heading's part in the XY plane isn't

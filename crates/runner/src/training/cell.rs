@@ -4,7 +4,7 @@ use anyhow::Context;
 use runs::{CellFolder, OpenCell, Recording, Snapshot, atomic};
 use svenja::Morphology;
 
-use super::{Lab, LabCell, Limits, Observer};
+use super::{Limits, Observer, OpenRun, RunCell};
 use crate::{
     experiment::{ControlSettings, Experiment, PhysicsSettings},
     session::{self, Session, build_policy},
@@ -40,8 +40,8 @@ impl Ending {
 }
 
 /// A cell at work. What it learned is in its folder at every checkpoint.
-pub(super) struct Trainee<'a> {
-    pub(super) cell: &'a LabCell,
+pub(super) struct ActiveCell<'a> {
+    pub(super) cell: &'a RunCell,
     pub(super) session: Session,
     open: OpenCell,
     /// Control steps at the last checkpoint.
@@ -60,37 +60,41 @@ pub(super) struct Build<'a> {
 }
 
 impl<'a> Build<'a> {
-    pub(super) fn of(cell: &'a LabCell) -> Self {
+    pub(super) fn of(cell: &'a RunCell) -> Self {
         let experiment = &cell.cell.experiment;
         let (physics, control) = (&experiment.physics, &experiment.control);
         Self { model: cell.model, physics, control }
     }
 }
 
-impl<'a> Trainee<'a> {
+impl<'a> ActiveCell<'a> {
     /// A cell opened for work; or its ending, if there is nothing to do.
     pub(super) fn begin(
-        lab: &Lab,
-        cell: &'a LabCell,
+        open_run: &OpenRun,
+        cell: &'a RunCell,
         limits: Limits,
         observer: &dyn Observer,
     ) -> Result<Self, Ending> {
-        let trainee = Self::open(lab, cell, limits).map_err(Ending::of)??;
-        observer.begin(cell, trainee.session.control_steps());
-        Ok(trainee)
+        let active = Self::open(open_run, cell, limits).map_err(Ending::of)??;
+        observer.begin(cell, active.session.control_steps());
+        Ok(active)
     }
 
-    fn open(lab: &Lab, cell: &'a LabCell, limits: Limits) -> anyhow::Result<Result<Self, Ending>> {
+    fn open(
+        open_run: &OpenRun,
+        cell: &'a RunCell,
+        limits: Limits,
+    ) -> anyhow::Result<Result<Self, Ending>> {
         // Before it's opened, which would cut the rows behind its checkpoint.
         if let Some(reason) = cell.folder.failure()? {
             return Ok(Err(Ending::Failed(reason)));
         }
-        let (settings, morphology) = (&cell.cell.experiment, lab.morphology(cell));
+        let (settings, morphology) = (&cell.cell.experiment, open_run.morphology(cell));
         check_exports(&cell.folder, settings, morphology)?;
-        let (mut open, checkpoint) = lab
+        let (mut open, checkpoint) = open_run
             .catalogue()
             .expecting(cell, |expected| OpenCell::open(cell.folder.clone(), expected))?;
-        let mut session = lab.session(cell)?;
+        let mut session = open_run.session(cell)?;
         if let Some(checkpoint) = &checkpoint {
             let path = cell.folder.checkpoint();
             session.restore(checkpoint).with_context(|| path.display().to_string())?;

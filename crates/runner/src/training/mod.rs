@@ -1,17 +1,17 @@
 //! Training: the cells of a run, over the cores, until they're done or told to stop.
 
 mod cell;
-mod lab;
+mod open_run;
 mod pool;
 mod room;
 mod stop;
 
 pub use cell::Ending;
-pub use lab::{Lab, check_files, this_bullet};
+pub use open_run::{OpenRun, check_files, this_bullet};
 pub use pool::{Observer, Trained, train_all};
-pub use stop::Stop;
+pub use stop::StopSignal;
 
-pub use crate::catalogue::LabCell;
+pub use crate::catalogue::RunCell;
 
 /// How far a call goes.
 #[derive(Clone, Copy, Debug, Default)]

@@ -1,9 +1,9 @@
 //! Cells over threads and lanes. A cell's result doesn't depend on which thread trains it, or beside
 //! which others.
 //!
-//! Each thread has a crew of cells that take their control steps together, as many as there are
+//! Each thread has a batch of cells that take their control steps together, as many as there are
 //! lanes for their worlds. A cell that ends makes room for one that waits; once none waits, a thread
-//! without work takes over half a crew from another one.
+//! without work takes over half a batch from another one.
 
 use std::{
     collections::VecDeque,
@@ -15,8 +15,8 @@ use bullet::LockstepCounts;
 use runs::Row;
 
 use super::{
-    Ending, How, Lab, LabCell, SolverKind, Stop,
-    cell::{Build, Trainee},
+    Ending, How, OpenRun, RunCell, SolverKind, StopSignal,
+    cell::{ActiveCell, Build},
     room::Room,
 };
 use crate::session::{Session, Solver, control_step};
@@ -24,11 +24,11 @@ use crate::session::{Session, Solver, control_step};
 /// Is told how training goes, from all threads.
 pub trait Observer: Sync {
     /// A cell goes on from so many control steps, 0 at its beginning.
-    fn begin(&self, cell: &LabCell, control_steps: u64);
+    fn begin(&self, cell: &RunCell, control_steps: u64);
     /// A cell made an update.
-    fn row(&self, cell: &LabCell, row: &Row);
+    fn row(&self, cell: &RunCell, row: &Row);
     /// A cell's training ended in this call.
-    fn end(&self, cell: &LabCell, ending: &Ending);
+    fn end(&self, cell: &RunCell, ending: &Ending);
 }
 
 /// How training ended.
@@ -48,10 +48,10 @@ pub struct Trained {
 /// # Errors
 /// Vector instructions that the environment asks for and the processor doesn't have.
 pub fn train_all(
-    lab: &Lab,
-    cells: &[&LabCell],
+    open_run: &OpenRun,
+    cells: &[&RunCell],
     how: &How,
-    stop: &Stop,
+    stop: &StopSignal,
     observer: &dyn Observer,
 ) -> anyhow::Result<Trained> {
     let endings = cells.iter().map(|_| Ending::Elsewhere).collect();
@@ -59,7 +59,7 @@ pub fn train_all(
     loop {
         let left = trained.elsewhere();
         let these: Vec<_> = left.iter().map(|&index| cells[index]).collect();
-        let round = train_once(lab, &these, how, stop, observer)?;
+        let round = train_once(open_run, &these, how, stop, observer)?;
         add(&mut trained.counts, &round.counts);
         trained.crowded = trained.crowded.or(round.crowded);
         for (&index, ending) in left.iter().zip(round.endings) {
@@ -67,7 +67,7 @@ pub fn train_all(
         }
         let n_elsewhere = trained.elsewhere().len();
         // If all of them still are, there was nothing to do meanwhile.
-        if n_elsewhere == 0 || n_elsewhere == left.len() || stop.is_wished() {
+        if n_elsewhere == 0 || n_elsewhere == left.len() || stop.is_requested() {
             return Ok(trained);
         }
     }
@@ -82,10 +82,10 @@ impl Trained {
 }
 
 fn train_once(
-    lab: &Lab,
-    cells: &[&LabCell],
+    open_run: &OpenRun,
+    cells: &[&RunCell],
     how: &How,
-    stop: &Stop,
+    stop: &StopSignal,
     observer: &dyn Observer,
 ) -> anyhow::Result<Trained> {
     let n_threads = how.threads.clamp(1, cells.len().max(1));
@@ -99,9 +99,9 @@ fn train_once(
     let Room { threads, lanes } = Room::make(Room { threads: n_threads, lanes });
     solvers.truncate(threads);
     let n_worlds = cells.iter().map(|cell| worlds(cell)).sum();
-    let crew_size = crew_size(n_worlds, threads, lanes);
+    let batch_size = batch_size(n_worlds, threads, lanes);
     let pool = Pool {
-        lab,
+        open_run,
         cells,
         how,
         stop,
@@ -120,7 +120,9 @@ fn train_once(
     thread::scope(|scope| {
         for solver in solvers {
             let pool = &pool;
-            scope.spawn(move || Crew { pool, solver, members: Vec::new(), size: crew_size }.work());
+            scope.spawn(move || {
+                Batch { pool, solver, members: Vec::new(), size: batch_size }.work()
+            });
         }
     });
     let Shared { endings, counts, crowded, .. } =
@@ -130,24 +132,24 @@ fn train_once(
 }
 
 /// So many worlds for each thread at a time that all threads have about the same in every round: a
-/// crew costs less for each world the larger it is, but a thread without one costs most.
-fn crew_size(n_worlds: usize, n_threads: usize, lanes: usize) -> usize {
+/// batch costs less for each world the larger it is, but a thread without one costs most.
+fn batch_size(n_worlds: usize, n_threads: usize, lanes: usize) -> usize {
     let rounds = n_worlds.div_ceil(n_threads * lanes).max(1);
     n_worlds.div_ceil(n_threads * rounds).max(1)
 }
 
-fn worlds(cell: &LabCell) -> usize {
+fn worlds(cell: &RunCell) -> usize {
     cell.cell.experiment.learning.worlds
 }
 
 struct Pool<'a> {
-    lab: &'a Lab,
-    cells: &'a [&'a LabCell],
+    open_run: &'a OpenRun,
+    cells: &'a [&'a RunCell],
     how: &'a How,
-    stop: &'a Stop,
+    stop: &'a StopSignal,
     observer: &'a dyn Observer,
     shared: Mutex<Shared<'a>>,
-    /// A crew was handed over, or a thread came to its end.
+    /// A batch was handed over, or a thread came to its end.
     changed: Condvar,
 }
 
@@ -164,13 +166,13 @@ struct Shared<'a> {
     crowded: Option<anyhow::Error>,
 }
 
-/// A cell in a crew, with its index.
+/// A cell in a batch, with its index.
 struct Member<'a> {
     index: usize,
-    trainee: Trainee<'a>,
+    active: ActiveCell<'a>,
 }
 
-struct Crew<'a, 'b> {
+struct Batch<'a, 'b> {
     pool: &'b Pool<'a>,
     solver: Solver,
     members: Vec<Member<'a>>,
@@ -189,7 +191,7 @@ impl<'a> Pool<'a> {
     }
 }
 
-impl Crew<'_, '_> {
+impl Batch<'_, '_> {
     fn work(mut self) {
         let _guard = AtWork(self.pool);
         loop {
@@ -205,9 +207,9 @@ impl Crew<'_, '_> {
 
     /// Takes waiting cells that can be stepped with those that are here.
     fn fill(&mut self) {
-        let Pool { lab, cells, how, stop, observer, .. } = *self.pool;
-        while !stop.is_wished() {
-            let build = self.members.first().map(|member| Build::of(member.trainee.cell));
+        let Pool { open_run, cells, how, stop, observer, .. } = *self.pool;
+        while !stop.is_requested() {
+            let build = self.members.first().map(|member| Build::of(member.active.cell));
             let left = self.size.saturating_sub(self.worlds());
             let fits = |&index: &usize| {
                 build.is_none_or(|it| it == Build::of(cells[index]) && worlds(cells[index]) <= left)
@@ -216,8 +218,8 @@ impl Crew<'_, '_> {
             let Some(place) = shared.waiting.iter().position(fits) else { break };
             let Some(index) = shared.waiting.remove(place) else { break };
             drop(shared);
-            match Trainee::begin(lab, cells[index], how.limits, observer) {
-                Ok(trainee) => self.members.push(Member { index, trainee }),
+            match ActiveCell::begin(open_run, cells[index], how.limits, observer) {
+                Ok(active) => self.members.push(Member { index, active }),
                 Err(Ending::Crowded(error)) => {
                     self.shrink(index, error);
                     break;
@@ -228,11 +230,11 @@ impl Crew<'_, '_> {
     }
 
     fn worlds(&self) -> usize {
-        self.members.iter().map(|member| member.trainee.session.worlds()).sum()
+        self.members.iter().map(|member| member.active.session.worlds()).sum()
     }
 
     /// There are no files for more members than it has. The cell waits for one of them to end, or
-    /// for another crew.
+    /// for another batch.
     fn shrink(&mut self, index: usize, error: anyhow::Error) {
         self.size = self.worlds();
         let mut shared = self.pool.lock();
@@ -243,17 +245,17 @@ impl Crew<'_, '_> {
     /// A control step of all members; those that came to their end leave.
     fn step(&mut self) {
         let mut sessions: Vec<&mut Session> =
-            self.members.iter_mut().map(|member| &mut member.trainee.session).collect();
+            self.members.iter_mut().map(|member| &mut member.active.session).collect();
         let results = control_step(&mut sessions, &mut self.solver);
         let mut results = results.into_iter();
-        let (pool, is_to_stop) = (self.pool, self.pool.stop.is_wished());
+        let (pool, is_to_stop) = (self.pool, self.pool.stop.is_requested());
         self.members.retain_mut(|member| {
-            let trainee = &mut member.trainee;
+            let active = &mut member.active;
             // As many results as members, in their order.
             let mut ending =
-                results.next().and_then(|result| trainee.after_step(result, pool.observer));
+                results.next().and_then(|result| active.after_step(result, pool.observer));
             if is_to_stop && ending.is_none() {
-                ending = Some(trainee.stop());
+                ending = Some(active.stop());
             }
             let stays = ending.is_none();
             if let Some(ending) = ending {
@@ -263,7 +265,7 @@ impl Crew<'_, '_> {
         });
     }
 
-    /// Half of the crew goes to a thread that has no work.
+    /// Half of the batch goes to a thread that has no work.
     fn hand_over(&mut self) {
         if self.members.len() < 2 {
             return;
@@ -276,7 +278,7 @@ impl Crew<'_, '_> {
         }
     }
 
-    /// Waits for half a crew; false once there won't be one.
+    /// Waits for half a batch; false once there won't be one.
     fn take_over(&mut self) -> bool {
         let mut shared = self.pool.lock();
         shared.idle += 1;
@@ -322,16 +324,16 @@ fn add(sum: &mut LockstepCounts, more: &LockstepCounts) {
 
 #[cfg(test)]
 mod tests {
-    use super::crew_size;
+    use super::batch_size;
 
     #[test]
     fn crews_fill_threads_and_rounds_evenly() {
         // 150 cells on two threads of 16 lanes take 5 rounds in any case: 15 at a time do.
-        assert_eq!(crew_size(150, 2, 16), 15);
-        assert_eq!(crew_size(16, 2, 16), 8);
-        assert_eq!(crew_size(33, 2, 16), 9);
-        assert_eq!(crew_size(3, 3, 16), 1);
-        assert_eq!(crew_size(5, 1, 1), 1);
-        assert_eq!(crew_size(0, 1, 16), 1);
+        assert_eq!(batch_size(150, 2, 16), 15);
+        assert_eq!(batch_size(16, 2, 16), 8);
+        assert_eq!(batch_size(33, 2, 16), 9);
+        assert_eq!(batch_size(3, 3, 16), 1);
+        assert_eq!(batch_size(5, 1, 1), 1);
+        assert_eq!(batch_size(0, 1, 16), 1);
     }
 }

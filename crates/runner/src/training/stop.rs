@@ -18,14 +18,14 @@ use signal_hook::{
     low_level::exit,
 };
 
-/// Signals that come within this time are one wish.
-const ONE_WISH: Duration = Duration::from_secs(1);
+/// Signals that come within this time are one request.
+const ONE_REQUEST: Duration = Duration::from_secs(1);
 
 /// Whether to stop, seen by all threads.
 #[derive(Clone, Debug, Default)]
-pub struct Stop(Arc<AtomicBool>);
+pub struct StopSignal(Arc<AtomicBool>);
 
-impl Stop {
+impl StopSignal {
     /// Told by the signals of this process from now on: Ctrl-C, SIGTERM, SIGUSR1, and SIGHUP unless
     /// the process was begun with that ignored, as by `nohup`.
     ///
@@ -42,7 +42,7 @@ impl Stop {
         thread::Builder::new().name("signals".into()).spawn(move || {
             let mut first = None;
             for signal in signals.forever() {
-                if first.get_or_insert_with(Instant::now).elapsed() > ONE_WISH {
+                if first.get_or_insert_with(Instant::now).elapsed() > ONE_REQUEST {
                     exit(128 + signal);
                 }
                 told.0.store(true, Ordering::Relaxed);
@@ -51,9 +51,9 @@ impl Stop {
         Ok(stop)
     }
 
-    /// Whether someone wishes to stop.
+    /// Whether someone asked to stop.
     #[must_use]
-    pub fn is_wished(&self) -> bool {
+    pub fn is_requested(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 }

@@ -12,7 +12,7 @@ pub(super) struct Evolution {
     /// Control steps at the start of an episode that don't count.
     skip: u64,
     /// Of each world in this episode: control steps, and the sum of the rewards that count.
-    heard: Vec<(u64, f64)>,
+    sums: Vec<(u64, f64)>,
 }
 
 impl Evolution {
@@ -22,7 +22,7 @@ impl Evolution {
         seed: u64,
     ) -> anyhow::Result<Self> {
         let strategy = Strategy::new(worlds, settings.sigma, seed)?;
-        Ok(Self { strategy, skip: settings.skip, heard: vec![(0, 0.0); worlds] })
+        Ok(Self { strategy, skip: settings.skip, sums: vec![(0, 0.0); worlds] })
     }
 }
 
@@ -35,8 +35,8 @@ impl Learner for Evolution {
         self.strategy.candidate(update, world, theta, candidate);
     }
 
-    fn hear(&mut self, world: usize, _: &[f64], reward: f64) -> anyhow::Result<()> {
-        let (steps, sum) = &mut self.heard[world];
+    fn observe(&mut self, world: usize, _: &[f64], reward: f64) -> anyhow::Result<()> {
+        let (steps, sum) = &mut self.sums[world];
         *steps += 1;
         if *steps > self.skip {
             *sum += reward;
@@ -45,19 +45,19 @@ impl Learner for Evolution {
     }
 
     fn steps(&self, world: usize) -> u64 {
-        self.heard[world].0
+        self.sums[world].0
     }
 
     fn gradient(&mut self, update: u64, gradient: &mut [f64]) -> anyhow::Result<()> {
         // All have as many steps, so sums are in the order of means.
-        let fitness: Vec<f64> = self.heard.iter().map(|&(_, sum)| sum).collect();
+        let fitness: Vec<f64> = self.sums.iter().map(|&(_, sum)| sum).collect();
         self.strategy.gradient(update, &fitness, gradient)?;
-        self.heard.fill((0, 0.0));
+        self.sums.fill((0, 0.0));
         Ok(())
     }
 
     fn state(&self, world: usize) -> Vec<f64> {
-        let (steps, sum) = self.heard[world];
+        let (steps, sum) = self.sums[world];
         vec![steps as f64, sum]
     }
 
@@ -68,7 +68,7 @@ impl Learner for Evolution {
         };
         ensure!(is_count(steps), "steps must be a whole number, got {steps}");
         ensure!(sum.is_finite(), "the sum of rewards must be a finite number, got {sum}");
-        self.heard[world] = (steps as u64, sum);
+        self.sums[world] = (steps as u64, sum);
         Ok(())
     }
 }

@@ -29,7 +29,7 @@ impl Learner for Gpomdp {
         candidate.copy_from_slice(theta);
     }
 
-    fn hear(&mut self, world: usize, score: &[f64], reward: f64) -> anyhow::Result<()> {
+    fn observe(&mut self, world: usize, score: &[f64], reward: f64) -> anyhow::Result<()> {
         Ok(self.estimators[world].accumulate(score, reward)?)
     }
 

@@ -24,9 +24,9 @@ pub(super) trait Learner: Send {
 
     /// Takes in a control step of a world: the score of the action, `[n_parameters]`, if it's needed,
     /// and the reward that followed.
-    fn hear(&mut self, world: usize, score: &[f64], reward: f64) -> anyhow::Result<()>;
+    fn observe(&mut self, world: usize, score: &[f64], reward: f64) -> anyhow::Result<()>;
 
-    /// Control steps of a world that it has heard of in this update.
+    /// Control steps of a world that it has taken in during this update.
     fn steps(&self, world: usize) -> u64;
 
     /// After the last control step of an update: the gradient, `[n_parameters]`. The next update

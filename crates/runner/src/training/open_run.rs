@@ -12,14 +12,14 @@ use runs::{Bullet, MODELS, NewRun, POLICIES, Precision, Run};
 use svenja::Morphology;
 
 use crate::{
-    catalogue::{Catalogue, LabCell},
+    catalogue::{Catalogue, RunCell},
     experiment::{Cell, Experiment, Plan, absolute, policy_names},
     models, policies,
     session::{self, Session},
 };
 
 /// A run opened for work.
-pub struct Lab {
+pub struct OpenRun {
     catalogue: Catalogue,
     /// In the order of `manifest.json`.
     morphologies: Vec<Morphology>,
@@ -34,7 +34,7 @@ pub fn this_bullet() -> Bullet {
     Bullet { version: bullet::BULLET_VERSION, precision }
 }
 
-impl Lab {
+impl OpenRun {
     /// Begins the run of an experiment file in a folder, or opens the one that is there, if it has
     /// the same settings. More updates than it has extend it.
     ///
@@ -69,16 +69,16 @@ impl Lab {
     /// What isn't a run, a damaged one, or one of another Bullet; updates out of range, fewer than
     /// the run has, or of a run that sweeps them.
     pub fn open(folder: &Path, updates: Option<u64>) -> anyhow::Result<Self> {
-        let lab = Self::of(Run::open(folder)?)?;
-        let Some(updates) = updates else { return Ok(lab) };
-        let run = lab.run();
+        let open_run = Self::of(Run::open(folder)?)?;
+        let Some(updates) = updates else { return Ok(open_run) };
+        let run = open_run.run();
         let plan = Plan::extended(&run.experiment_path(), run.experiment(), updates)?;
         let name = |folder, copy: &runs::FileCopy| format!("{folder}/{}", copy.file);
         let models = run.manifest().models.iter().map(|copy| name(MODELS, copy));
         let policies = run.manifest().policies.iter().map(|copy| name(POLICIES, copy));
         let paths = models::paths(run).into_iter().chain(policies::paths(run));
         let experiment = written(&plan, &paths.zip(models.chain(policies)).collect(), folder)?;
-        lab.extended(&experiment)
+        open_run.extended(&experiment)
     }
 
     /// With more updates, where this text of the same experiment has more.
@@ -110,13 +110,13 @@ impl Lab {
 
     /// All cells, by index.
     #[must_use]
-    pub fn cells(&self) -> &[LabCell] {
+    pub fn cells(&self) -> &[RunCell] {
         self.catalogue.cells()
     }
 
     /// The robot of a cell.
     #[must_use]
-    pub fn morphology(&self, cell: &LabCell) -> &Morphology {
+    pub fn morphology(&self, cell: &RunCell) -> &Morphology {
         &self.morphologies[cell.model]
     }
 
@@ -124,7 +124,7 @@ impl Lab {
     ///
     /// # Errors
     /// As [`Session::build`].
-    pub fn session(&self, cell: &LabCell) -> Result<Session, session::Error> {
+    pub fn session(&self, cell: &RunCell) -> Result<Session, session::Error> {
         let initial = cell.initial.map(|index| self.initial[index].as_slice());
         Session::build(&cell.cell.experiment, self.morphology(cell), initial, cell.cell.seed)
     }

@@ -9,7 +9,7 @@ use super::Evaluation;
 
 /// Sums over control steps.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct Tally {
+pub(super) struct UpdateSums {
     /// Where the centre of gravity was, in m.
     start: [f64; 3],
     terms: [f64; Terms::NAMES.len()],
@@ -19,7 +19,7 @@ pub(super) struct Tally {
     clipped_readings: u64,
 }
 
-impl Tally {
+impl UpdateSums {
     /// Before the first step.
     pub(super) fn begin(start: &RobotState) -> Self {
         Self { start: start.centre_of_gravity_m.into(), ..Self::default() }
@@ -39,11 +39,11 @@ impl Tally {
 /// The row of an update of `n` control steps in each of some worlds, each with where it ended: means
 /// over all of them. What isn't known here is 0.
 pub(super) fn row<'a>(
-    worlds: impl ExactSizeIterator<Item = (&'a Tally, &'a RobotState)>,
+    worlds: impl ExactSizeIterator<Item = (&'a UpdateSums, &'a RobotState)>,
     n: u64,
 ) -> Row {
     let n_worlds = worlds.len() as f64;
-    let mut sum = Tally::default();
+    let mut sum = UpdateSums::default();
     let mut net_displacement_m = 0.0;
     for (world, end) in worlds {
         sum.terms.iter_mut().zip(world.terms).for_each(|(sum, term)| *sum += term);

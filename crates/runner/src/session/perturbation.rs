@@ -12,7 +12,7 @@ use xxhash_rust::xxh3::xxh3_128;
 
 /// The perturbation: it flips bits of the action now and then.
 #[derive(Clone, Debug)]
-pub struct Wind {
+pub struct Perturbation {
     every: u64,
     length: u64,
     /// Of 2^32.
@@ -20,10 +20,10 @@ pub struct Wind {
     start: ChaCha8Rng,
 }
 
-impl Wind {
-    /// Blows for `length` control steps, from every `every`-th on but not from step 0, and flips a
+impl Perturbation {
+    /// Active for `length` control steps, from every `every`-th on but not from step 0, and flips a
     /// bit with a probability, by a named stream of the seed's random numbers. With `every` 0 it
-    /// never blows.
+    /// never is.
     #[must_use]
     pub fn new(every: u64, length: u64, flip_probability: f64, seed: u64, stream: &str) -> Self {
         let mut key = [0; 32];
@@ -33,15 +33,15 @@ impl Wind {
         Self { every, length, threshold, start: ChaCha8Rng::from_seed(key) }
     }
 
-    /// Whether it blows in a control step.
+    /// Whether it is active in a control step.
     #[must_use]
-    pub fn blows(&self, step: u64) -> bool {
+    pub fn is_active(&self, step: u64) -> bool {
         self.every > 0 && step >= self.every && step % self.every < self.length
     }
 
-    /// Flips some of an action's bits, if it blows in this control step.
+    /// Flips some of an action's bits, if it is active in this control step.
     pub fn perturb(&self, step: u64, action: &mut [bool]) {
-        if !self.blows(step) {
+        if !self.is_active(step) {
             return;
         }
         let mut rng = self.start.clone();
@@ -58,31 +58,33 @@ mod tests {
 
     #[test]
     fn blows_when_it_should() {
-        let wind = Wind::new(1000, 10, 0.1, 1, "perturbation");
-        let blowing: Vec<_> = (0..3000).filter(|&step| wind.blows(step)).collect();
+        let perturbation = Perturbation::new(1000, 10, 0.1, 1, "perturbation");
+        let active: Vec<_> = (0..3000).filter(|&step| perturbation.is_active(step)).collect();
         let expected: Vec<_> = (1000..1010).chain(2000..2010).collect();
-        assert_eq!(blowing, expected);
-        assert!((0..3000).all(|step| !Wind::new(0, 10, 0.1, 1, "perturbation").blows(step)));
+        assert_eq!(active, expected);
+        assert!(
+            (0..3000).all(|step| !Perturbation::new(0, 10, 0.1, 1, "perturbation").is_active(step))
+        );
     }
 
     /// 24,000 bits: the share of flips is within 5 standard errors, 0.01, of the probability.
     #[test]
     fn flips_as_many_as_it_should_and_the_same_again() {
-        let wind = Wind::new(1, 1, 0.1, 7, "perturbation");
-        let count = |wind: &Wind| -> Vec<usize> {
+        let perturbation = Perturbation::new(1, 1, 0.1, 7, "perturbation");
+        let count = |perturbation: &Perturbation| -> Vec<usize> {
             let flips = |step| {
                 let mut action = [false; 24];
-                wind.perturb(step, &mut action);
+                perturbation.perturb(step, &mut action);
                 action.iter().filter(|&&bit| bit).count()
             };
             (1..=1000).map(flips).collect()
         };
-        let flips = count(&wind);
+        let flips = count(&perturbation);
         let share = flips.iter().sum::<usize>() as f64 / 24_000.0;
         assert!((share - 0.1).abs() < 0.01, "{share}");
-        assert_eq!(flips, count(&Wind::new(1, 1, 0.1, 7, "perturbation")));
-        assert_ne!(flips, count(&Wind::new(1, 1, 0.1, 8, "perturbation")));
-        assert_eq!(count(&Wind::new(1, 1, 1.0, 7, "perturbation")), vec![24; 1000]);
-        assert_eq!(count(&Wind::new(1, 1, 0.0, 7, "perturbation")), vec![0; 1000]);
+        assert_eq!(flips, count(&Perturbation::new(1, 1, 0.1, 7, "perturbation")));
+        assert_ne!(flips, count(&Perturbation::new(1, 1, 0.1, 8, "perturbation")));
+        assert_eq!(count(&Perturbation::new(1, 1, 1.0, 7, "perturbation")), vec![24; 1000]);
+        assert_eq!(count(&Perturbation::new(1, 1, 0.0, 7, "perturbation")), vec![0; 1000]);
     }
 }
