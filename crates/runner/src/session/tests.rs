@@ -407,7 +407,7 @@ fn a_checkpoint_whose_numbers_do_not_fit_each_other_is_refused() {
     for updates in [u64::MAX, u64::MAX / T as u64, 6_735_281_601_315_911_789] {
         refused(&|it| it.header.updates = updates, "'estimator' doesn't fit");
     }
-    refused(&|it| drop(it.sections.remove("tally")), "'sums' doesn't fit: it's missing");
+    refused(&|it| drop(it.sections.remove("tally")), "'tally' doesn't fit: it's missing");
 }
 
 /// Where the body pitches by 60 degrees, a metre counts half: the heading's part in the XY plane isn't
