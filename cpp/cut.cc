@@ -113,22 +113,12 @@ void CutWorld::begin_step(btScalar time_step) {
   dispatch.m_stepCount = 0;
   dispatch.m_debugDraw = nullptr;
   // No body is let have predictive contacts: createPredictiveContacts would find none.
-  performDiscreteCollisionDetection();
+  find_contacts();
   calculateSimulationIslands();
   getSolverInfo().m_timeStep = time_step;
   solver_.set_pausing(true);
   solveConstraints(getSolverInfo());
   solver_.set_pausing(false);
-}
-
-// predictUnconstraintMotion, but for damping by factors of 1, which are powers that take time.
-void CutWorld::predict_motion(btScalar time_step) {
-  for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i) {
-    btRigidBody& body = *m_nonStaticRigidBodies[i];
-    if (body.isStaticOrKinematicObject()) continue;
-    if (body.getLinearDamping() != 0 || body.getAngularDamping() != 0) body.applyDamping(time_step);
-    body.predictIntegratedTransform(time_step, body.getInterpolationWorldTransform());
-  }
 }
 
 void CutWorld::end_step(btScalar time_step) {

@@ -9,6 +9,8 @@
 
 #include <vector>
 
+#include "broadphase.h"
+
 namespace itarl {
 
 class CutSolver final : public btSequentialImpulseConstraintSolver {
@@ -77,9 +79,12 @@ class CutSolver final : public btSequentialImpulseConstraintSolver {
 
 class CutWorld final : public btDiscreteDynamicsWorld {
  public:
-  CutWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase, CutSolver* solver,
+  CutWorld(btCollisionDispatcher* dispatcher, Broadphase* broadphase, CutSolver* solver,
            btCollisionConfiguration* configuration)
-      : btDiscreteDynamicsWorld(dispatcher, broadphase, solver, configuration), solver_(*solver) {}
+      : btDiscreteDynamicsWorld(dispatcher, broadphase, solver, configuration),
+        dispatcher_(*dispatcher),
+        broadphase_(*broadphase),
+        solver_(*solver) {}
 
   // Up to the solver's iterations.
   void begin_step(btScalar time_step);
@@ -87,8 +92,16 @@ class CutWorld final : public btDiscreteDynamicsWorld {
   void end_step(btScalar time_step);
 
  private:
+  // collisions.cc
   void predict_motion(btScalar time_step);
+  void find_contacts();
+  bool needs_box(const btCollisionObject& object);
+  bool stays_apart(const btBroadphasePair& pair);
+
+  btCollisionDispatcher& dispatcher_;
+  Broadphase& broadphase_;
   CutSolver& solver_;
+  btManifoldArray found_;  // of one pair
 };
 
 }  // namespace itarl

@@ -3,7 +3,7 @@
 
 use std::{env, error::Error, path::Path, path::PathBuf};
 
-const SOURCES: [&str; 14] = [
+const SOURCES: [&str; 15] = [
     "world.cc",
     "shapes.cc",
     "bodies.cc",
@@ -11,6 +11,7 @@ const SOURCES: [&str; 14] = [
     "contacts.cc",
     "snapshot.cc",
     "cut.cc",
+    "collisions.cc",
     "joint_rows.cc",
     "lockstep/structure.cc",
     "lockstep/schedule.cc",
