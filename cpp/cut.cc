@@ -53,7 +53,13 @@ void CutSolver::split_impulses() {
       constraints_.data(), int(constraints_.size()), *info_, nullptr);
 }
 
+void CutSolver::leave_out(std::size_t joint, bool leaves_out) {
+  if (in_lanes_.size() <= joint) in_lanes_.resize(joint + 1, false);
+  in_lanes_[joint] = leaves_out;
+}
+
 void CutSolver::iterate() {
+  if (leaves_any_out_) make_all_rows(*info_);
   const int most = btMax(m_maxOverrideNumSolverIterations, info_->m_numIterations);
   for (int iteration = 0; iteration < most; ++iteration) {
     m_leastSquaresResidual = solveSingleIteration(
@@ -88,6 +94,7 @@ void CutSolver::clear() {
   m_tmpSolverContactFrictionConstraintPool.resizeNoInitialize(0);
   m_tmpSolverContactRollingFrictionConstraintPool.resizeNoInitialize(0);
   m_tmpSolverBodyPool.resizeNoInitialize(0);
+  leaves_any_out_ = false;
   waits_ = false;
 }
 

@@ -41,6 +41,12 @@ class CutSolver final : public btSequentialImpulseConstraintSolver {
   // Hands velocities and impulses from the pools to bodies, contacts and joints.
   void finish();
 
+  // Leaves out a joint's rows when setting up, if pausing: lanes make them (lockstep/numbers.h).
+  // iterate() makes up for it.
+  void leave_out(std::size_t joint, bool leaves_out);
+  // By constraint, whether its rows were left out.
+  bool is_left_out(int constraint) const { return left_out_[std::size_t(constraint)]; }
+
   // What waits, for lockstep/packing.cc.
   btAlignedObjectArray<btSolverBody>& bodies() { return m_tmpSolverBodyPool; }
   btConstraintArray& joint_rows() { return m_tmpSolverNonContactConstraintPool; }
@@ -64,12 +70,17 @@ class CutSolver final : public btSequentialImpulseConstraintSolver {
  private:
   void clear();
   void report_joints();
+  void prepare_joints(btTypedConstraint** constraints, int count, const btContactSolverInfo& info);
+  void make_all_rows(const btContactSolverInfo& info);
   void make_rows(btTypedConstraint& constraint, int first, int count,
                  const btContactSolverInfo& info);
 
   bool pauses_ = false;
   bool waits_ = false;
   int solved_before_ = 0;
+  std::vector<bool> in_lanes_;  // by joint
+  std::vector<bool> left_out_;  // by constraint of the group
+  bool leaves_any_out_ = false;
   // The arguments of the group that waits.
   std::vector<btCollisionObject*> group_;
   std::vector<btPersistentManifold*> manifolds_;

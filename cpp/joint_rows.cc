@@ -59,14 +59,32 @@ bool has_same_jacobian(const btSolverConstraint& a, const btSolverConstraint& b)
 
 void CutSolver::convertJoints(btTypedConstraint** constraints, int count,
                               const btContactSolverInfo& info) {
+  left_out_.assign(std::size_t(count), false);
+  leaves_any_out_ = false;
   if (!pauses_ || !has_known_arithmetic()) {
     btSequentialImpulseConstraintSolver::convertJoints(constraints, count, info);
     return;
   }
+  for (int i = 0; i < count; ++i) {
+    const auto joint = std::size_t(constraints[i]->getUserConstraintId());
+    if (joint >= in_lanes_.size() || !in_lanes_[joint] || !constraints[i]->isEnabled()) continue;
+    left_out_[std::size_t(i)] = true;
+    leaves_any_out_ = true;
+  }
+  prepare_joints(constraints, count, info);
+}
+
+// Of all joints whose rows aren't left out.
+void CutSolver::prepare_joints(btTypedConstraint** constraints, int count,
+                               const btContactSolverInfo& info) {
   m_tmpConstraintSizesPool.resizeNoInitialize(count);
   int total = 0;
   for (int i = 0; i < count; ++i) {
     btTypedConstraint& constraint = *constraints[i];
+    btTypedConstraint::btConstraintInfo1& size = m_tmpConstraintSizesPool[i];
+    size.m_numConstraintRows = 0;
+    size.nub = 0;
+    if (is_left_out(i)) continue;
     constraint.buildJacobian();
     constraint.internalSetAppliedImpulse(0);
     if (btJointFeedback* const feedback = constraint.getJointFeedback()) {
@@ -75,9 +93,6 @@ void CutSolver::convertJoints(btTypedConstraint** constraints, int count,
       feedback->m_appliedForceBodyB.setZero();
       feedback->m_appliedTorqueBodyB.setZero();
     }
-    btTypedConstraint::btConstraintInfo1& size = m_tmpConstraintSizesPool[i];
-    size.m_numConstraintRows = 0;
-    size.nub = 0;
     if (constraint.isEnabled()) constraint.getInfo1(&size);
     total += size.m_numConstraintRows;
   }
@@ -88,6 +103,17 @@ void CutSolver::convertJoints(btTypedConstraint** constraints, int count,
     if (rows > 0) make_rows(*constraints[i], row, rows, info);
     row += rows;
   }
+}
+
+// With the rows that were left out. Nothing has moved since, so that they're what they would have
+// been; and the order of the pool's rows is Bullet's.
+void CutSolver::make_all_rows(const btContactSolverInfo& info) {
+  left_out_.assign(left_out_.size(), false);
+  leaves_any_out_ = false;
+  prepare_joints(constraints_.data(), int(constraints_.size()), info);
+  const int total = m_tmpSolverNonContactConstraintPool.size();
+  m_orderNonContactConstraintPool.resizeNoInitialize(total);
+  for (int i = 0; i < total; ++i) m_orderNonContactConstraintPool[i] = i;
 }
 
 void CutSolver::make_rows(btTypedConstraint& constraint, int first, int count,

@@ -13,6 +13,7 @@
 #include "broadphase.h"
 #include "checks.h"
 #include "cut.h"
+#include "lockstep/joint_shape.h"
 
 namespace itarl {
 
@@ -56,7 +57,8 @@ struct JointEntry {
   BodyEntry* child = nullptr;
   std::array<bool, 6> has_motor{};
   std::string axes;  // a letter for each: what rows the solver has for it
-  btJointFeedback feedback{};
+  lockstep::JointShape shape;
+  btJointFeedback feedback{};  // of which body B's part is read
 };
 
 struct State {
@@ -86,6 +88,14 @@ struct State {
   std::vector<std::uint8_t> snapshot;  // the buffer behind encode_state
   // Of lockstep/structure.h; empty until someone asks, and when bodies or joints come and go.
   mutable std::vector<std::uint64_t> structure;
+  // Another one after bodies or joints came or went: copies of what they're made of are good as long
+  // as it's the same.
+  std::shared_ptr<const int> build = std::make_shared<int>();
+
+  void restructure() {
+    structure.clear();
+    build = std::make_shared<int>();
+  }
 
   ShapeEntry& shape(const Call& call, std::string_view argument, ShapeId id) const;
   BodyEntry& body(const Call& call, std::string_view argument, BodyId id) const;

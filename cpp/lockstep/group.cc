@@ -151,17 +151,20 @@ void Lockstep::step_some(State** states, std::optional<Refusal>* results, std::s
 void Lockstep::sweep_alike() {
   std::vector<Lane*>& lanes = alike_;
   const auto start = Clock::now();
-  const auto [width, run] = lockstep::choose_sweep(instructions_, int(lanes.size()));
-  Layout& layout = layout_for(*lanes.front(), width);
-  packing_.pack(layout, lanes, width);
+  const lockstep::SweepChoice choice = lockstep::choose_sweep(instructions_, int(lanes.size()));
+  Layout& layout = layout_for(*lanes.front(), choice.lanes);
+  packing_.pack(layout, lanes, choice);
   lockstep::Sweep sweep = packing_.sweep(lanes.front()->solver().info().m_numIterations);
   const auto packed = Clock::now();
-  run(sweep);
+  choice.run(sweep);
   const auto swept = Clock::now();
-  const std::uint32_t unfinished = packing_.unfinished();
+  const std::uint32_t unfinished = packing_.unfinished(choice);
   ++sweeps_;
   for (std::uint32_t i = 0; i < lanes.size(); ++i) {
-    if (unfinished >> i & 1) {
+    if (packing_.unsound() >> i & 1) {
+      ++uncovered_;
+      lanes[i]->solver().iterate();
+    } else if (unfinished >> i & 1) {
       ++unfinished_;
       lanes[i]->solver().iterate();
     } else if (sweep.doubtful >> i & 1) {

@@ -59,6 +59,7 @@ bool is_sound(const btSolverConstraint& row) {
 }  // namespace
 
 void Lane::read(State& state, const std::vector<std::uint32_t>& movers, std::size_t structure) {
+  state_ = &state;
   solver_ = &state.solver;
   signature_.structure = structure;
   const int mode = solver_->info().m_solverMode;
@@ -93,12 +94,21 @@ void Lane::read_joints() {
   forms_.clear();
   int row = 0;
   for (std::size_t i = 0; i < constraints.size(); ++i) {
+    const bool left_out = solver_->is_left_out(int(i));
     const int rows = solver_->rows_of(int(i));
-    if (rows == 0) continue;
-    signature_.joints.push_back({std::uint32_t(constraints[i]->getUserConstraintId()),
-                                 mover(pool[row].m_solverBodyIdA),
-                                 mover(pool[row].m_solverBodyIdB)});
+    if (rows == 0 && !left_out) continue;
+    btTypedConstraint& constraint = *constraints[i];
+    const auto joint = std::uint32_t(constraint.getUserConstraintId());
     first_row_.push_back(std::uint32_t(row));
+    if (left_out) {
+      const JointShape& shape = state_->joints[joint]->shape;
+      signature_.joints.push_back({joint, mover(constraint.getRigidBodyA().getCompanionId()),
+                                   mover(constraint.getRigidBodyB().getCompanionId()), shape.type});
+      row_counts_.push_back(std::uint32_t(shape.rows.size()));
+      continue;
+    }
+    signature_.joints.push_back(
+        {joint, mover(pool[row].m_solverBodyIdA), mover(pool[row].m_solverBodyIdB), {}});
     row_counts_.push_back(std::uint32_t(rows));
     for (int k = row; k < row + rows; ++k) {
       forms_.push_back(form_of(pool[k], k > row ? &pool[k - 1] : nullptr));
@@ -106,6 +116,10 @@ void Lane::read_joints() {
     }
     row += rows;
   }
+}
+
+Form Lane::form_in_lanes(std::uint32_t joint, std::uint32_t number) const {
+  return state_->joints[joint]->shape.rows[number];
 }
 
 void Lane::read_contacts() {
@@ -136,13 +150,6 @@ void Lane::assign_rows(const Layout& layout) {
   rows_.assign(rows.size(), nullptr);
   const btSolverConstraint* const joints =
       solver_->joint_rows().size() > 0 ? &solver_->joint_rows()[0] : nullptr;
-  std::size_t i = 0;
-  for (std::uint32_t joint = 0; i < layout.joint_row_count(); ++joint) {
-    for (; i < layout.joint_row_count() && rows[i].owner == joint; ++i) {
-      if (rows[i].part < row_counts_[joint]) rows_[i] = joints + first_row_[joint] + rows[i].part;
-    }
-  }
-
   pool_contact_.assign(layout.contact_count(), -1);
   seen_.assign(bodies_.size(), 0);
   for (std::size_t contact = 0; contact < pairs_.size(); ++contact) {
@@ -151,7 +158,12 @@ void Lane::assign_rows(const Layout& layout) {
         layout.lists_contacts() ? contact : layout.contact_index(body, seen_[body]++);
     pool_contact_[place] = int(contact);
   }
-  for (; i < rows.size(); ++i) {
+  for (const std::uint32_t i : layout.pool_rows()) {
+    if (i < layout.joint_row_count()) {
+      const std::uint32_t joint = rows[i].owner;
+      if (rows[i].part < row_counts_[joint]) rows_[i] = joints + first_row_[joint] + rows[i].part;
+      continue;
+    }
     const int contact = pool_contact_[rows[i].owner];
     if (contact < 0) continue;
     const btSolverConstraint& row = solver_->contact_rows()[contact];

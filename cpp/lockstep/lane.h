@@ -22,11 +22,14 @@ class Lane {
   // Whether this world's rows can be swept in lanes.
   bool is_covered() const { return covered_; }
   const Signature& signature() const { return signature_; }
+  State& state() const { return *state_; }
   CutSolver& solver() const { return *solver_; }
   std::uint32_t rows(std::uint32_t joint) const { return row_counts_[joint]; }
   // Of a joint's row that is there.
   Form form(std::uint32_t joint, std::uint32_t number) const {
-    return forms_[first_row_[joint] + number];
+    const JointKey& key = signature_.joints[joint];
+    return key.type.kind() == JointType::FromPools ? forms_[first_row_[joint] + number]
+                                                   : form_in_lanes(key.joint, number);
   }
   // How many contacts a body has, if no two moving bodies touch.
   std::uint32_t contacts(std::uint32_t body) const { return contacts_[body]; }
@@ -35,7 +38,7 @@ class Lane {
 
   // Finds the rows that a layout has.
   void assign_rows(const Layout& layout);
-  // By index in the layout; null if there is none.
+  // By index in the layout; null if there is none in the pools.
   const btSolverConstraint* row(std::size_t index) const { return rows_[index]; }
   // Whether a contact row's one moving body is the first of its two.
   bool moves_first(std::size_t index) const {
@@ -46,14 +49,16 @@ class Lane {
   void read_bodies(const std::vector<std::uint32_t>& movers);
   void read_joints();
   void read_contacts();
+  Form form_in_lanes(std::uint32_t joint, std::uint32_t number) const;
   std::uint32_t mover(int solver_body) const { return mover_of_[std::size_t(solver_body)]; }
 
+  State* state_ = nullptr;
   CutSolver* solver_ = nullptr;
   bool covered_ = false;
   Signature signature_;
   std::vector<btSolverBody*> bodies_;       // by mover; null if not in the pool
   std::vector<std::uint32_t> mover_of_;     // by solver body
-  std::vector<std::uint32_t> first_row_;    // by joint, in joint_rows()
+  std::vector<std::uint32_t> first_row_;    // by joint, in joint_rows(), if its rows are there
   std::vector<std::uint32_t> row_counts_;   // by joint
   std::vector<Form> forms_;                 // by row in joint_rows()
   std::vector<std::uint32_t> contacts_;     // by mover

@@ -3,15 +3,10 @@
 
 #include <cstdint>
 
+#include "lockstep/joint_numbers.h"
 #include "lockstep/rows.h"
 
 namespace itarl::lockstep {
-
-#ifdef ITARL_FLOAT64
-using Scalar = double;
-#else
-using Scalar = float;
-#endif
 
 // Whether rows of a joint that all act are swept in one go. That saves reading and writing
 // velocities, which counts where vectors are wide; with few lanes it pays more to fill the waits in
@@ -44,6 +39,7 @@ bool is_supported(Instructions instructions);
 struct SweepChoice {
   int lanes;
   SweepFunction run;
+  JointFunction make_rows, report;
 };
 
 // The narrowest one with room for `worlds`, or the widest there is.

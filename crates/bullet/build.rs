@@ -3,7 +3,7 @@
 
 use std::{env, error::Error, path::Path, path::PathBuf};
 
-const SOURCES: [&str; 15] = [
+const SOURCES: [&str; 17] = [
     "world.cc",
     "shapes.cc",
     "bodies.cc",
@@ -15,6 +15,8 @@ const SOURCES: [&str; 15] = [
     "joint_rows.cc",
     "lockstep/structure.cc",
     "lockstep/schedule.cc",
+    "lockstep/joint_shape.cc",
+    "lockstep/numbers.cc",
     "lockstep/layout.cc",
     "lockstep/lane.cc",
     "lockstep/packing.cc",
@@ -25,7 +27,7 @@ const SWEEPS: [(&str, &[&str]); 3] = [
     ("lockstep/sweep_plain.cc", &[]),
     ("lockstep/sweep_avx2.cc", &["-mavx2"]),
     // GCC 12 warns of its own header's way to leave lanes undefined.
-    ("lockstep/sweep_avx512.cc", &["-mavx512f", "-Wno-maybe-uninitialized"]),
+    ("lockstep/sweep_avx512.cc", &["-mavx512f", "-Wno-maybe-uninitialized", "-Wno-uninitialized"]),
 ];
 /// Where the shim's comments on Bullet's inner workings, and its snapshots, were checked.
 const BULLET_VERSION: &str = "3.24";

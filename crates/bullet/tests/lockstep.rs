@@ -7,8 +7,9 @@ mod common;
 use std::f64::consts::PI;
 
 use bullet::{
-    AxisSettings, Body, BodyId, CollisionFilter, Error, Instructions, Joint, JointKind, Lengthwise,
-    Lockstep, LockstepCounts, Motor, Push, Shape, SolverMode, Spring, World, WorldSettings,
+    Axis, AxisSettings, Body, BodyId, CollisionFilter, Error, Instructions, Joint, JointId,
+    JointKind, Lengthwise, Lockstep, LockstepCounts, Motor, MotorCommand, Push, Shape, SolverMode,
+    Spring, Stop, World, WorldSettings,
 };
 use common::{Playground, Readings};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
@@ -398,7 +399,18 @@ fn axis() -> impl Strategy<Value = AxisSettings> {
     ];
     let motor = (-4.0..4.0, 0.0..30.0)
         .prop_map(|(target_velocity, max_force)| Motor { target_velocity, max_force });
-    (range, option::of(motor)).prop_map(|(range, motor)| AxisSettings { motor, ..range })
+    let stop = |bounce: fn(f64) -> f64| {
+        let setting = || option::of(prop_oneof![Just(0.0), Just(1.0), 0.0..1.0]);
+        (setting(), option::of(select(vec![0.0, 0.0, 1e-4])), setting())
+            .prop_map(move |(erp, cfm, back)| Stop { erp, cfm, bounce: back.map(bounce) })
+    };
+    (range, option::of(motor), stop(std::convert::identity))
+        .prop_map(|(range, motor, stop)| AxisSettings { motor, stop, ..range })
+}
+
+/// Bullet's slider throws nothing back along its axis.
+fn along() -> impl Strategy<Value = AxisSettings> {
+    axis().prop_map(|axis| AxisSettings { stop: Stop { bounce: None, ..axis.stop }, ..axis })
 }
 
 fn sprung() -> impl Strategy<Value = AxisSettings> {
@@ -412,10 +424,10 @@ fn kind() -> impl Strategy<Value = JointKind> {
         Just(JointKind::Fixed),
         Just(JointKind::PointToPoint),
         axis().prop_map(JointKind::Hinge),
-        (axis(), axis()).prop_map(|(linear, angular)| JointKind::Slider {
+        (along(), axis(), along()).prop_map(|(linear, angular, held)| JointKind::Slider {
             linear,
             angular,
-            held: bullet::Stop::BULLET
+            held: held.stop
         }),
         [sprung(), sprung(), sprung(), sprung(), sprung(), sprung()]
             .prop_map(|axes| JointKind::SixDofSpring(Box::new(axes))),
@@ -525,7 +537,42 @@ impl Scene {
         world
     }
 
+    /// In the order of the joints.
+    fn motors(&self) -> Vec<(JointId, Axis)> {
+        let joined = self.parts.iter().skip(usize::from(!self.anchored));
+        let driven = |(slot, part): (u32, &Part)| {
+            let axes = match &part.kind {
+                JointKind::Hinge(axis) => vec![(Axis::AngularZ, axis.motor)],
+                JointKind::Slider { linear, angular, .. } => {
+                    vec![(Axis::LinearX, linear.motor), (Axis::AngularX, angular.motor)]
+                }
+                JointKind::SixDofSpring(axes) => {
+                    Axis::ALL.into_iter().zip(axes.iter().map(|axis| axis.motor)).collect()
+                }
+                _ => Vec::new(),
+            };
+            axes.into_iter()
+                .filter(|(_, motor)| motor.is_some())
+                .map(move |(axis, _)| (JointId { slot }, axis))
+        };
+        (0..).zip(joined).flat_map(driven).collect()
+    }
+
     fn act(&self, number: usize, n: usize, world: &mut World) {
+        if n % 7 == 3 {
+            let phase = (n + 3 * number) as f64;
+            let commands: Vec<MotorCommand> = self
+                .motors()
+                .into_iter()
+                .map(|(joint, axis)| MotorCommand {
+                    joint,
+                    axis,
+                    target_velocity: 3.0 * phase.sin(),
+                    max_force: 10.0 * phase.cos().abs(),
+                })
+                .collect();
+            world.set_motors(&commands).unwrap();
+        }
         if self.paddle {
             world.set_pose(BodyId { slot: 1 }, &paddle(n + number)).unwrap();
         }

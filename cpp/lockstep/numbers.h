@@ -1,0 +1,58 @@
+// From worlds into lanes what rows of joints are made of, and back what their impulses come to.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "lockstep/joint_numbers.h"
+#include "lockstep/lane.h"
+#include "lockstep/layout.h"
+#include "lockstep/vectors.h"
+
+namespace itarl::lockstep {
+
+class JointNumbers {
+ public:
+  // Worlds that are about to be swept. Gives a number, above 0, that stands for them as long as
+  // they're built as they are.
+  std::uint64_t enter(const std::vector<Lane*>& lanes, int width);
+  // Reads what the rows of a layout's joints need.
+  void gather(const Layout& layout);
+  // The rows to make in `values`, the sweep's. Valid until the next gather().
+  JointTask& task(const Layout& layout, Scalar* values, Scalar* largest_k);
+  // Once the task is done and reported of: hands a lane's reports to its world's joints.
+  void report(std::uint32_t lane) const;
+
+ private:
+  // What doesn't change from step to step, of joints by their ids.
+  struct Copy {
+    std::vector<std::shared_ptr<const int>> builds;  // by lane: what it's a copy of
+    int width = 0;
+    std::uint64_t number = 0;
+    std::vector<std::uint32_t> places;  // of each joint's numbers
+    Vectors numbers;
+  };
+  Copy& copy_for(int width);
+  void fill(Copy& copy) const;
+  void plan(const Layout& layout);
+  void gather_worlds();
+  void gather_motors();
+  template <int W>
+  void gather_bodies(std::uint32_t bodies);
+  // Empty lanes do what the last one does: no number is a surprise there.
+  const Lane& lane(std::size_t i) const { return *lanes_[i < lanes_.size() ? i : lanes_.size() - 1]; }
+
+  std::vector<Lane*> lanes_;
+  int width_ = 1;
+  std::vector<std::unique_ptr<Copy>> copies_;
+  std::size_t next_copy_ = 0;  // the one to give up when there are too many
+  std::uint64_t made_ = 0;     // how many so far
+  Copy* copy_ = nullptr;
+  std::vector<JointPlan> plans_;
+  std::vector<std::uint32_t> joints_;  // their ids
+  Vectors worlds_, bodies_, reports_;
+  JointTask task_{};
+};
+
+}  // namespace itarl::lockstep
