@@ -26,7 +26,7 @@ btScalar CutSolver::solveGroup(btCollisionObject** bodies, int body_count,
   if (body_count + manifold_count + constraint_count == 0) return 0;
   if (waits_) {
     iterate();
-    finish();
+    finish(false);
     ++solved_before_;
   }
   group_.assign(bodies, bodies + body_count);
@@ -69,7 +69,7 @@ void CutSolver::iterate() {
   }
 }
 
-void CutSolver::finish() {
+void CutSolver::finish(bool moved) {
   // solveGroupCacheFriendlyFinish
   if ((info_->m_solverMode & SOLVER_USE_WARMSTARTING) != 0) {
     writeBackContacts(0, m_tmpSolverContactConstraintPool.size(), *info_);
@@ -79,7 +79,7 @@ void CutSolver::finish() {
   } else {
     writeBackJoints(0, m_tmpSolverNonContactConstraintPool.size(), *info_);
   }
-  writeBackBodies(0, m_tmpSolverBodyPool.size(), *info_);
+  if (!moved) writeBackBodies(0, m_tmpSolverBodyPool.size(), *info_);
   clear();
 }
 
@@ -129,12 +129,17 @@ void CutWorld::begin_step(btScalar time_step) {
 }
 
 void CutWorld::end_step(btScalar time_step) {
-  if (solver_.waits()) solver_.finish();
+  if (solver_.waits()) solver_.finish(false);
   integrateTransforms(time_step);
   updateActions(time_step);
   updateActivationState(time_step);
   // No body has a motion state to synchronise.
   clearForces();
+}
+
+void CutWorld::end_moved_step() {
+  solver_.finish(true);
+  // There are no actions, and no body that could fall asleep.
 }
 
 }  // namespace itarl

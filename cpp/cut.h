@@ -38,8 +38,9 @@ class CutSolver final : public btSequentialImpulseConstraintSolver {
   // Whether Bullet's rows are swept by the scalar code that lanes repeat, without fused multiply-add:
   // on x86-64, unless Bullet was built with vector rows, which Debian's isn't.
   bool has_known_arithmetic();
-  // Hands velocities and impulses from the pools to bodies, contacts and joints.
-  void finish();
+  // Hands impulses from the pools to contacts and joints, and velocities to bodies unless these have
+  // been moved already.
+  void finish(bool moved);
 
   // Leaves out a joint's rows when setting up, if pausing: lanes make them (lockstep/numbers.h).
   // iterate() makes up for it.
@@ -101,6 +102,10 @@ class CutWorld final : public btDiscreteDynamicsWorld {
   void begin_step(btScalar time_step);
   // What comes after them.
   void end_step(btScalar time_step);
+  // The same where the bodies have been moved already.
+  void end_moved_step();
+  // Those that aren't static, kinematic ones among them.
+  int moving_bodies() const { return m_nonStaticRigidBodies.size(); }
 
  private:
   // collisions.cc

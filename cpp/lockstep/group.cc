@@ -139,7 +139,11 @@ void Lockstep::step_some(State** states, std::optional<Refusal>* results, std::s
     State& state = *states[i];
     try {
       if (state.broken) throw *state.broken;
-      state.world.end_step(state.time_step);
+      if (state.solver.waits() && lanes_[i]->is_moved()) {
+        state.world.end_moved_step();
+      } else {
+        state.world.end_step(state.time_step);
+      }
       check_step(state);
     } catch (const Refusal& refusal) {
       results[i] = refusal;
@@ -160,6 +164,7 @@ void Lockstep::sweep_alike() {
   const auto swept = Clock::now();
   const std::uint32_t unfinished = packing_.unfinished(choice);
   ++sweeps_;
+  std::uint32_t fine = 0;
   for (std::uint32_t i = 0; i < lanes.size(); ++i) {
     if (packing_.unsound() >> i & 1) {
       ++uncovered_;
@@ -172,9 +177,10 @@ void Lockstep::sweep_alike() {
       lanes[i]->solver().iterate();
     } else {
       ++swept_;
-      packing_.unpack(i);
+      fine |= std::uint32_t{1} << i;
     }
   }
+  packing_.unpack(choice, fine);
   pack_ += packed - start;
   sweep_ += swept - packed;
   unpack_ += Clock::now() - swept;

@@ -41,6 +41,7 @@ enum WorldNumber : std::uint32_t {
   kFps,        // 1 / time step, as Bullet's joints have it
   kDt,         // 1 / fps
   kStiffest,   // 1 / dt / dt / 16
+  kTimeStep,
   kPerSecond,  // 1 / time step, as reports have it
   kWorldNumbers,
 };
@@ -54,7 +55,8 @@ enum BodyNumber : std::uint32_t {
   kForce = 27,       // what forces add to the velocity in this step
   kTorque = 30,
   kBodyInverseMass = 33,
-  kBodyNumbers = 36,
+  kInertiaOwn = 34,  // inverse, about the body's own axes
+  kBodyNumbers = 37,
 };
 
 enum SliderNumber : std::uint32_t {
@@ -136,5 +138,28 @@ struct JointTask {
 };
 
 using JointFunction = void (*)(JointTask&);
+
+// Of a body that was moved, in threes.
+enum MovedNumber : std::uint32_t {
+  kMovedBasis = 0,
+  kMovedOrigin = 9,
+  kMovedInertia = 12,
+  kMovedLinear = 21,
+  kMovedAngular = 24,
+  kMovedNumbers = 27,
+};
+
+// Bodies to move, after a sweep.
+struct MoveTask {
+  std::uint32_t bodies;
+  const std::uint32_t* places;  // of each body's block in `values`
+  const Scalar* worlds;
+  const Scalar* numbers;  // kBodyNumbers for each
+  const Scalar* values;   // of the sweep
+  int lanes;              // with a world
+  Scalar* moved;          // to be filled in: kMovedNumbers for each
+};
+
+using MoveFunction = void (*)(const MoveTask&);
 
 }  // namespace itarl::lockstep

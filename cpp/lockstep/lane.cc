@@ -65,6 +65,7 @@ void Lane::read(State& state, const std::vector<std::uint32_t>& movers, std::siz
   const int mode = solver_->info().m_solverMode;
   covered_ = solver_->has_known_arithmetic() && (mode & SOLVER_RANDMIZE_ORDER) == 0 &&
              solver_->rolling_rows().size() == 0;
+  moved_ = false;
   if (!covered_) return;
   read_bodies(movers);
   read_joints();
@@ -82,6 +83,14 @@ void Lane::read_bodies(const std::vector<std::uint32_t>& movers) {
     const std::uint32_t mover = body == nullptr ? kNoBody : movers[slot_of(*body)];
     mover_of_[std::size_t(i)] = mover;
     if (mover != kNoBody) bodies_[mover] = &pool[i];
+  }
+  const auto is_zero = [](const btVector3& v) { return v.x() == 0 && v.y() == 0 && v.z() == 0; };
+  can_move_ = state_->world.moving_bodies() == int(count);
+  for (btSolverBody* const body : bodies_) {
+    can_move_ = can_move_ && body != nullptr &&
+                body->m_originalBody->getActivationState() == DISABLE_DEACTIVATION &&
+                is_zero(body->internalGetPushVelocity()) &&
+                is_zero(body->internalGetTurnVelocity());
   }
 }
 

@@ -21,6 +21,12 @@ class Lane {
 
   // Whether this world's rows can be swept in lanes.
   bool is_covered() const { return covered_; }
+  // Whether its bodies can be moved in lanes, too: all of them are in the pool and never sleep, and
+  // none is pushed out of another.
+  bool can_move() const { return can_move_; }
+  // Whether they were.
+  bool is_moved() const { return moved_; }
+  void set_moved() { moved_ = true; }
   const Signature& signature() const { return signature_; }
   State& state() const { return *state_; }
   CutSolver& solver() const { return *solver_; }
@@ -54,7 +60,7 @@ class Lane {
 
   State* state_ = nullptr;
   CutSolver* solver_ = nullptr;
-  bool covered_ = false;
+  bool covered_ = false, can_move_ = false, moved_ = false;
   Signature signature_;
   std::vector<btSolverBody*> bodies_;       // by mover; null if not in the pool
   std::vector<std::uint32_t> mover_of_;     // by solver body

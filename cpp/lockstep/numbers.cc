@@ -24,20 +24,8 @@ std::uint64_t JointNumbers::enter(const std::vector<Lane*>& lanes, int width) {
 void JointNumbers::gather(const Layout& layout) {
   gather_worlds();
   plan(layout);
-  if (plans_.empty()) return;
   gather_motors();
-  switch (width_) {
-    case 16:
-      return gather_bodies<16>(layout.body_count());
-    case 8:
-      return gather_bodies<8>(layout.body_count());
-    case 4:
-      return gather_bodies<4>(layout.body_count());
-    case 2:
-      return gather_bodies<2>(layout.body_count());
-    default:
-      return gather_bodies<1>(layout.body_count());
-  }
+  with_width(width_, [&](auto width) { gather_bodies<width.value>(layout.body_count()); });
 }
 
 JointNumbers::Copy& JointNumbers::copy_for(int width) {
@@ -109,6 +97,7 @@ void JointNumbers::gather_worlds() {
     to[kFps * width] = fps;
     to[kDt * width] = dt;
     to[kStiffest * width] = btScalar(1) / dt / dt / btScalar(16);
+    to[kTimeStep * width] = time_step;
     to[kPerSecond * width] = btScalar(1) / time_step;
   }
 }
@@ -185,6 +174,9 @@ void JointNumbers::gather_bodies(std::uint32_t bodies) {
           [](auto& of) -> const btVector3& { return of.m_originalBody->getAngularVelocity(); });
     three(kForce, [](auto& of) -> const btVector3& { return of.m_externalForceImpulse; });
     three(kTorque, [](auto& of) -> const btVector3& { return of.m_externalTorqueImpulse; });
+    three(kInertiaOwn, [](auto& of) -> const btVector3& {
+      return of.m_originalBody->getInvInertiaDiagLocal();
+    });
     for (std::size_t i = 0; i < W; ++i) {
       to[kBodyInverseMass * W + i] = from[i] == nullptr ? 0 : from[i]->m_originalBody->getInvMass();
     }
@@ -208,17 +200,75 @@ JointTask& JointNumbers::task(const Layout& layout, Scalar* values, Scalar* larg
   return task_;
 }
 
-void JointNumbers::report(std::uint32_t lane) const {
-  State& state = lanes_[lane]->state();
-  const auto width = std::size_t(width_);
+void JointNumbers::report(std::uint32_t lanes) const {
+  with_width(width_, [&](auto width) { report_lanes<width.value>(lanes); });
+}
+
+template <int W>
+void JointNumbers::report_lanes(std::uint32_t lanes) const {
+  btVector3 nowhere;
+  std::array<JointEntry*, W> to{};
   for (std::size_t k = 0; k < plans_.size(); ++k) {
-    JointEntry& entry = *state.joints[joints_[k]];
-    const Scalar* const from = reports_.begin() + k * kReportNumbers * width + lane;
-    entry.feedback.m_appliedForceBodyB.setValue(from[0], from[width], from[2 * width]);
-    entry.feedback.m_appliedTorqueBodyB.setValue(from[3 * width], from[4 * width],
-                                                 from[5 * width]);
     const PlacedRow& last = task_.rows[plans_[k].first_row + plans_[k].row_count - 1];
-    entry.joint->internalSetAppliedImpulse(task_.values[last.applied * width + lane]);
+    for (std::size_t i = 0; i < lanes_.size(); ++i) {
+      if ((lanes >> i & 1) == 0) continue;
+      to[i] = lanes_[i]->state().joints[joints_[k]].get();
+      to[i]->joint->internalSetAppliedImpulse(task_.values[last.applied * W + i]);
+    }
+    const Scalar* const from = reports_.begin() + k * kReportNumbers * W;
+    const auto part = [&](const Scalar* numbers, btVector3 btJointFeedback::*which) {
+      hand_out<W>(numbers, [&](int lane) {
+        JointEntry* const entry = to[std::size_t(lane)];
+        return (entry == nullptr ? nowhere : entry->feedback.*which).m_floats;
+      });
+    };
+    part(from, &btJointFeedback::m_appliedForceBodyB);
+    part(from + 3 * W, &btJointFeedback::m_appliedTorqueBodyB);
+  }
+}
+
+MoveTask JointNumbers::moves(const Layout& layout, const Scalar* values) {
+  body_places_.clear();
+  for (std::uint32_t i = 0; i < layout.body_count(); ++i) {
+    body_places_.push_back(layout.body_place(i));
+  }
+  moved_.make_room(std::size_t(layout.body_count()) * kMovedNumbers * std::size_t(width_));
+  return {layout.body_count(), body_places_.data(), worlds_.begin(),   bodies_.begin(),
+          values,              int(lanes_.size()),  moved_.begin()};
+}
+
+void JointNumbers::move(std::uint32_t lanes) const {
+  with_width(width_, [&](auto width) { move_lanes<width.value>(lanes); });
+}
+
+template <int W>
+void JointNumbers::move_lanes(std::uint32_t lanes) const {
+  btVector3 vectors[W][kMovedNumbers / 3];
+  for (std::uint32_t body = 0; body < body_places_.size(); ++body) {
+    const Scalar* const from = moved_.begin() + std::size_t(body) * kMovedNumbers * W;
+    for (std::uint32_t i = 0; i < kMovedNumbers / 3; ++i) {
+      hand_out<W>(from + 3 * i * W, [&](int lane) { return vectors[lane][i].m_floats; });
+    }
+    for (std::size_t i = 0; i < lanes_.size(); ++i) {
+      if ((lanes >> i & 1) == 0) continue;
+      const btVector3* const v = vectors[i];
+      btRigidBody& to = *lanes_[i]->body(body)->m_originalBody;
+      btTransform& pose = to.getWorldTransform();
+      // Bullet lets nobody set this; it would work it out once more.
+      auto& inertia = const_cast<btMatrix3x3&>(to.getInvInertiaTensorWorld());
+      for (int row = 0; row < 3; ++row) {
+        pose.getBasis()[row] = v[kMovedBasis / 3 + row];
+        inertia[row] = v[kMovedInertia / 3 + row];
+      }
+      pose.setOrigin(v[kMovedOrigin / 3]);
+      to.getInterpolationWorldTransform() = pose;
+      to.setLinearVelocity(v[kMovedLinear / 3]);
+      to.setAngularVelocity(v[kMovedAngular / 3]);
+      to.setInterpolationLinearVelocity(v[kMovedLinear / 3]);
+      to.setInterpolationAngularVelocity(v[kMovedAngular / 3]);
+      to.setCompanionId(-1);
+      to.clearForces();
+    }
   }
 }
 

@@ -1,4 +1,4 @@
-// From worlds into lanes what rows of joints are made of, and back what their impulses come to.
+// From worlds into lanes what rows of joints and motions are made of, and back what comes of them.
 #pragma once
 
 #include <cstdint>
@@ -21,8 +21,12 @@ class JointNumbers {
   void gather(const Layout& layout);
   // The rows to make in `values`, the sweep's. Valid until the next gather().
   JointTask& task(const Layout& layout, Scalar* values, Scalar* largest_k);
-  // Once the task is done and reported of: hands a lane's reports to its world's joints.
-  void report(std::uint32_t lane) const;
+  // Once the task is done and reported of: hands their reports to the joints of these lanes' worlds.
+  void report(std::uint32_t lanes) const;
+  // The bodies to move, once they're swept.
+  MoveTask moves(const Layout& layout, const Scalar* values);
+  // Once they're moved: hands these lanes' worlds where their bodies are, and how fast.
+  void move(std::uint32_t lanes) const;
 
  private:
   // What doesn't change from step to step, of joints by their ids.
@@ -40,6 +44,10 @@ class JointNumbers {
   void gather_motors();
   template <int W>
   void gather_bodies(std::uint32_t bodies);
+  template <int W>
+  void report_lanes(std::uint32_t lanes) const;
+  template <int W>
+  void move_lanes(std::uint32_t lanes) const;
   // Empty lanes do what the last one does: no number is a surprise there.
   const Lane& lane(std::size_t i) const { return *lanes_[i < lanes_.size() ? i : lanes_.size() - 1]; }
 
@@ -51,7 +59,8 @@ class JointNumbers {
   Copy* copy_ = nullptr;
   std::vector<JointPlan> plans_;
   std::vector<std::uint32_t> joints_;  // their ids
-  Vectors worlds_, bodies_, reports_;
+  Vectors worlds_, bodies_, reports_, moved_;
+  std::vector<std::uint32_t> body_places_;
   JointTask task_{};
 };
 

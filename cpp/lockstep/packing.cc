@@ -276,8 +276,23 @@ std::uint32_t Packing::unfinished(const SweepChoice& choice) {
   return bits;
 }
 
-void Packing::unpack(std::uint32_t lane) {
-  numbers_.report(lane);
+void Packing::unpack(const SweepChoice& choice, std::uint32_t lanes) {
+  std::uint32_t moving = 0;
+  for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
+    if ((lanes >> i & 1) == 0) continue;
+    if (lanes_[i]->can_move()) {
+      moving |= std::uint32_t{1} << i;
+      lanes_[i]->set_moved();
+    }
+    unpack_pools(i);
+  }
+  numbers_.report(lanes);
+  if (moving == 0) return;
+  choice.move(numbers_.moves(*layout_, values_));
+  numbers_.move(moving);
+}
+
+void Packing::unpack_pools(std::uint32_t lane) {
   const Lane& to = *lanes_[lane];
   const auto value = [&](std::uint32_t vector) {
     return values_[std::size_t(vector) * std::size_t(width_) + lane];
@@ -285,6 +300,7 @@ void Packing::unpack(std::uint32_t lane) {
   for (const std::uint32_t i : layout_->pool_rows()) {
     if (to.row(i) != nullptr) to.row(i)->m_appliedImpulse = value(layout_->rows()[i].applied);
   }
+  if (to.is_moved()) return;
   for (std::uint32_t body = 0; body < layout_->body_count(); ++body) {
     btSolverBody* const pool = to.body(body);
     if (pool == nullptr) continue;

@@ -31,13 +31,14 @@ class Packing {
   // To be called after the sweep: lanes with a number that isn't finite, or so large that Bullet
   // would switch a joint off, as bits.
   std::uint32_t unfinished(const SweepChoice& choice);
-  // Writes the results of a lane into its pools.
-  void unpack(std::uint32_t lane);
+  // Writes the results of these lanes into their pools and joints, and moves bodies where it can.
+  void unpack(const SweepChoice& choice, std::uint32_t lanes);
 
  private:
   void make_room(Layout& layout);
   template <int W>
   void pack_lanes(Layout& layout);
+  void unpack_pools(std::uint32_t lane);
   bool fit_forms(Layout& layout) const;
   template <int W>
   void pack_rows(const Layout& layout);

@@ -40,6 +40,7 @@ struct SweepChoice {
   int lanes;
   SweepFunction run;
   JointFunction make_rows, report;
+  MoveFunction move;
 };
 
 // The narrowest one with room for `worlds`, or the widest there is.

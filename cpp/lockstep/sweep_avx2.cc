@@ -1,6 +1,7 @@
 // The sweep for processors with AVX2.
 #define ITARL_INSTRUCTIONS avx2
 #include "lockstep/joint_rows.inc"
+#include "lockstep/motion.inc"
 #include "lockstep/sweep.inc"
 
 namespace itarl::lockstep {
@@ -11,6 +12,6 @@ using Widest = avx2::Lanes<Scalar, 32 / sizeof(Scalar)>;
 
 extern const SweepChoice kChoiceAvx2;
 const SweepChoice kChoiceAvx2{Widest::kWidth, avx2::sweep<Widest>, avx2::make_rows<Widest>,
-                              avx2::report<Widest>};
+                              avx2::report<Widest>, avx2::move<Widest>};
 
 }  // namespace itarl::lockstep

@@ -1,6 +1,7 @@
 // Sweeps for any processor of the target, and the choice of one when running.
 #define ITARL_INSTRUCTIONS plain
 #include "lockstep/joint_rows.inc"
+#include "lockstep/motion.inc"
 #include "lockstep/sweep.inc"
 
 namespace itarl::lockstep {
@@ -16,7 +17,8 @@ constexpr int kWidest = 64 / sizeof(Scalar);  // lanes of AVX-512; AVX2 has half
 template <int W>
 constexpr SweepChoice kChoicePlain{W, plain::sweep<plain::Lanes<Scalar, W>>,
                                    plain::make_rows<plain::Lanes<Scalar, W>>,
-                                   plain::report<plain::Lanes<Scalar, W>>};
+                                   plain::report<plain::Lanes<Scalar, W>>,
+                                   plain::move<plain::Lanes<Scalar, W>>};
 
 }  // namespace
 
