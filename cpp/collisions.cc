@@ -6,6 +6,48 @@
 
 namespace itarl {
 
+namespace {
+
+// How far from its origin a shape goes at most.
+btScalar reach_of(const btCollisionShape& shape) {
+  if (shape.getShapeType() == CAPSULE_SHAPE_PROXYTYPE) {
+    const auto& capsule = static_cast<const btCapsuleShape&>(shape);
+    return capsule.getHalfHeight() + capsule.getRadius();
+  }
+  btScalar reach = 0;
+  if (shape.isCompound()) {
+    const auto& compound = static_cast<const btCompoundShape&>(shape);
+    for (int i = 0; i < compound.getNumChildShapes(); ++i) {
+      const btScalar offset = compound.getChildTransform(i).getOrigin().length();
+      reach = btMax(reach, offset + reach_of(*compound.getChildShape(i)));
+    }
+    return reach;
+  }
+  btVector3 centre;
+  shape.getBoundingSphere(centre, reach);
+  return reach + centre.length();
+}
+
+// How far above a plane the lowest point of a shape is, at least. `up` is the plane's normal in the
+// shape's frame, `height` that of the shape's origin.
+btScalar lowest_of(const btCollisionShape& shape, const btVector3& up, btScalar height) {
+  if (shape.getShapeType() == CAPSULE_SHAPE_PROXYTYPE) {
+    const auto& capsule = static_cast<const btCapsuleShape&>(shape);
+    return height - btFabs(up[capsule.getUpAxis()]) * capsule.getHalfHeight() - capsule.getRadius();
+  }
+  if (!shape.isCompound()) return height - reach_of(shape);
+  const auto& compound = static_cast<const btCompoundShape&>(shape);
+  btScalar lowest = height;
+  for (int i = 0; i < compound.getNumChildShapes(); ++i) {
+    const btTransform& child = compound.getChildTransform(i);
+    lowest = btMin(lowest, lowest_of(*compound.getChildShape(i), up * child.getBasis(),
+                                     height + up.dot(child.getOrigin())));
+  }
+  return lowest;
+}
+
+}  // namespace
+
 btBroadphaseProxy* Broadphase::createProxy(const btVector3& lower, const btVector3& upper,
                                            int shape_type, void* object, int group, int mask,
                                            btDispatcher* dispatcher) {
@@ -34,9 +76,7 @@ void Broadphase::study() {
     Info& info = info_[std::size_t(i)];
     info.is_plane = object->getCollisionShape()->getShapeType() == STATIC_PLANE_PROXYTYPE;
     if (info.is_plane) continue;
-    btVector3 centre;
-    object->getCollisionShape()->getBoundingSphere(centre, info.reach);
-    info.reach += centre.length();
+    info.reach = reach_of(*object->getCollisionShape());
   }
   for (int i = 0; i <= last; ++i) {
     btSimpleBroadphaseProxy* const a = &m_pHandles[i];
@@ -105,7 +145,7 @@ void CutWorld::find_contacts() {
 }
 
 // Whether a body without contact points is so high above a plane that none is found: by more than
-// it reaches, and the distance at which points are found, and what rounding may do.
+// its lowest point, and the distance at which points are found, and what rounding may do.
 bool CutWorld::stays_apart(const btBroadphasePair& pair) {
   const bool first_is_plane = broadphase_.is_plane(*pair.m_pProxy0);
   if (pair.m_algorithm == nullptr || first_is_plane == broadphase_.is_plane(*pair.m_pProxy1)) {
@@ -116,14 +156,19 @@ bool CutWorld::stays_apart(const btBroadphasePair& pair) {
   const auto& plane = *static_cast<const btCollisionObject*>(below->m_clientObject);
   const auto& body = *static_cast<const btCollisionObject*>(above->m_clientObject);
   const auto& shape = static_cast<const btStaticPlaneShape&>(*plane.getCollisionShape());
-  const btVector3& origin = body.getWorldTransform().getOrigin();
+  const btTransform& pose = body.getWorldTransform();
   const btVector3 normal = plane.getWorldTransform().getBasis() * shape.getPlaneNormal();
-  const btVector3 from_plane = origin - plane.getWorldTransform().getOrigin();
+  const btVector3 from_plane = pose.getOrigin() - plane.getWorldTransform().getOrigin();
   const btScalar height = normal.dot(from_plane) - shape.getPlaneConstant();
   const btScalar reach = broadphase_.reach(*above);
-  const btScalar sizes = origin.length() + from_plane.length() + btFabs(shape.getPlaneConstant());
-  // Contact points are found within 0.02 of an object's size, or 0.02 m.
-  if (!(height > btScalar(1.1) * reach + btScalar(0.1) + btScalar(1e-3) * sizes)) return false;
+  const btScalar sizes =
+      pose.getOrigin().length() + from_plane.length() + btFabs(shape.getPlaneConstant());
+  // Contact points are found within 0.02 of an object's size, which isn't twice what it reaches.
+  const btScalar margin = btScalar(0.05) * reach + btScalar(1e-3) * sizes;
+  if (!(height > reach + margin) &&
+      !(lowest_of(*body.getCollisionShape(), normal * pose.getBasis(), height) > margin)) {
+    return false;
+  }
   found_.resize(0);
   pair.m_algorithm->getAllContactManifolds(found_);
   for (int i = 0; i < found_.size(); ++i) {

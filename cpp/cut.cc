@@ -9,6 +9,8 @@ void CutSolver::set_pausing(bool pauses) {
   if (pauses) {
     waits_ = false;
     solved_before_ = 0;
+  } else {
+    gyroscopic_impulses_.clear();
   }
 }
 
@@ -45,6 +47,26 @@ btScalar CutSolver::solveGroup(btCollisionObject** bodies, int body_count,
   split_impulses();
   waits_ = true;
   return 0;
+}
+
+// As Bullet's, with impulses that are known already.
+void CutSolver::convertBodies(btCollisionObject** bodies, int count,
+                              const btContactSolverInfo& info) {
+  if (!pauses_ || gyroscopic_impulses_.empty()) {
+    btSequentialImpulseConstraintSolver::convertBodies(bodies, count, info);
+    return;
+  }
+  for (int i = 0; i < count; ++i) bodies[i]->setCompanionId(-1);
+  m_kinematicBodyUniqueIdToSolverBodyTable.resize(0);
+  m_tmpSolverBodyPool.reserve(count + 1);
+  m_tmpSolverBodyPool.resize(0);
+  for (int i = 0; i < count; ++i) {
+    const int place = getOrInitSolverBody(*bodies[i], info.m_timeStep);
+    const btRigidBody* const body = btRigidBody::upcast(bodies[i]);
+    if (body == nullptr || body->getInvMass() == 0) continue;
+    m_tmpSolverBodyPool[place].m_externalTorqueImpulse +=
+        gyroscopic_impulses_[std::size_t(body->getUserIndex())];
+  }
 }
 
 void CutSolver::split_impulses() {
@@ -84,7 +106,7 @@ void CutSolver::finish(bool moved) {
 }
 
 void CutSolver::abandon() {
-  pauses_ = false;
+  set_pausing(false);
   clear();
 }
 
@@ -122,6 +144,9 @@ void CutWorld::begin_step(btScalar time_step) {
   // No body is let have predictive contacts: createPredictiveContacts would find none.
   find_contacts();
   calculateSimulationIslands();
+}
+
+void CutWorld::set_up_solver(btScalar time_step) {
   getSolverInfo().m_timeStep = time_step;
   solver_.set_pausing(true);
   solveConstraints(getSolverInfo());

@@ -48,6 +48,9 @@ class CutSolver final : public btSequentialImpulseConstraintSolver {
   // By constraint, whether its rows were left out.
   bool is_left_out(int constraint) const { return left_out_[std::size_t(constraint)]; }
 
+  // By body slot, if lanes have worked them out for this step (lockstep/gyroscopic.h).
+  std::vector<btVector3>& gyroscopic_impulses() { return gyroscopic_impulses_; }
+
   // What waits, for lockstep/packing.cc.
   btAlignedObjectArray<btSolverBody>& bodies() { return m_tmpSolverBodyPool; }
   btConstraintArray& joint_rows() { return m_tmpSolverNonContactConstraintPool; }
@@ -64,6 +67,8 @@ class CutSolver final : public btSequentialImpulseConstraintSolver {
   const btContactSolverInfo& info() const { return *info_; }
 
  protected:
+  void convertBodies(btCollisionObject** bodies, int count,
+                     const btContactSolverInfo& info) override;
   // joint_rows.cc
   void convertJoints(btTypedConstraint** constraints, int count,
                      const btContactSolverInfo& info) override;
@@ -79,6 +84,7 @@ class CutSolver final : public btSequentialImpulseConstraintSolver {
   bool pauses_ = false;
   bool waits_ = false;
   int solved_before_ = 0;
+  std::vector<btVector3> gyroscopic_impulses_;
   std::vector<bool> in_lanes_;  // by joint
   std::vector<bool> left_out_;  // by constraint of the group
   bool leaves_any_out_ = false;
@@ -98,8 +104,10 @@ class CutWorld final : public btDiscreteDynamicsWorld {
         broadphase_(*broadphase),
         solver_(*solver) {}
 
-  // Up to the solver's iterations.
+  // Up to where the solver is set up.
   void begin_step(btScalar time_step);
+  // Up to its iterations.
+  void set_up_solver(btScalar time_step);
   // What comes after them.
   void end_step(btScalar time_step);
   // The same where the bodies have been moved already.

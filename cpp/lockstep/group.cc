@@ -101,11 +101,20 @@ void Lockstep::study(const State& state) {
 void Lockstep::step_some(State** states, std::optional<Refusal>* results, std::size_t count) {
   while (lanes_.size() < count) lanes_.push_back(std::make_unique<Lane>());
   waiting_.clear();
+  live_.clear();
   const auto start = Clock::now();
+  for (std::size_t i = 0; i < count; ++i) {
+    if (states[i]->broken) continue;
+    states[i]->world.begin_step(states[i]->time_step);
+    if (states[i]->solver.has_known_arithmetic()) live_.push_back(states[i]);
+  }
+  if (!live_.empty()) {
+    gyroscopic_.apply(live_, movers_, lockstep::choose_sweep(instructions_, int(live_.size())));
+  }
   for (std::size_t i = 0; i < count; ++i) {
     State& state = *states[i];
     if (state.broken) continue;
-    state.world.begin_step(state.time_step);
+    state.world.set_up_solver(state.time_step);
     apart_ += std::uint64_t(state.solver.solved_before());
     if (!state.solver.waits()) {
       ++idle_;

@@ -9,6 +9,7 @@
 
 #include "refusal.h"
 #include "world.h"
+#include "lockstep/gyroscopic.h"
 #include "lockstep/lane.h"
 #include "lockstep/layout.h"
 #include "lockstep/packing.h"
@@ -52,6 +53,8 @@ class Lockstep {
   // Of worlds whose rows are ready, and those of them that go into one sweep.
   std::vector<lockstep::Lane*> waiting_, alike_;
   std::vector<std::unique_ptr<lockstep::Layout>> layouts_;
+  std::vector<State*> live_;  // worlds in the step that aren't broken
+  lockstep::Gyroscopic gyroscopic_;
   lockstep::Packing packing_;
   std::uint64_t swept_ = 0, sweeps_ = 0, idle_ = 0, apart_ = 0, uncovered_ = 0, doubtful_ = 0,
                 unfinished_ = 0;

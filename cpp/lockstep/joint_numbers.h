@@ -162,4 +162,16 @@ struct MoveTask {
 
 using MoveFunction = void (*)(const MoveTask&);
 
+// Bodies' gyroscopic impulses: of each its rotation (9), angular velocity and inverse inertia about
+// its own axes.
+inline constexpr std::uint32_t kGyroscopicNumbers = 15;
+struct GyroscopicTask {
+  std::uint32_t bodies;
+  const Scalar* time_step;
+  const Scalar* numbers;
+  Scalar* impulses;  // to be filled in: three for each
+};
+
+using GyroscopicFunction = void (*)(const GyroscopicTask&);
+
 }  // namespace itarl::lockstep

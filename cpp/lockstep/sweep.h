@@ -41,6 +41,7 @@ struct SweepChoice {
   SweepFunction run;
   JointFunction make_rows, report;
   MoveFunction move;
+  GyroscopicFunction gyrate;
 };
 
 // The narrowest one with room for `worlds`, or the widest there is.

@@ -1,7 +1,7 @@
 // Sweeps for any processor of the target, and the choice of one when running.
 #define ITARL_INSTRUCTIONS plain
 #include "lockstep/joint_rows.inc"
-#include "lockstep/motion.inc"
+#include "lockstep/gyroscopic.inc"
 #include "lockstep/sweep.inc"
 
 namespace itarl::lockstep {
@@ -18,7 +18,8 @@ template <int W>
 constexpr SweepChoice kChoicePlain{W, plain::sweep<plain::Lanes<Scalar, W>>,
                                    plain::make_rows<plain::Lanes<Scalar, W>>,
                                    plain::report<plain::Lanes<Scalar, W>>,
-                                   plain::move<plain::Lanes<Scalar, W>>};
+                                   plain::move<plain::Lanes<Scalar, W>>,
+                                   plain::gyrate<plain::Lanes<Scalar, W>>};
 
 }  // namespace
 

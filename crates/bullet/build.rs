@@ -3,7 +3,7 @@
 
 use std::{env, error::Error, path::Path, path::PathBuf};
 
-const SOURCES: [&str; 17] = [
+const SOURCES: [&str; 18] = [
     "world.cc",
     "shapes.cc",
     "bodies.cc",
@@ -17,6 +17,7 @@ const SOURCES: [&str; 17] = [
     "lockstep/schedule.cc",
     "lockstep/joint_shape.cc",
     "lockstep/numbers.cc",
+    "lockstep/gyroscopic.cc",
     "lockstep/layout.cc",
     "lockstep/lane.cc",
     "lockstep/packing.cc",

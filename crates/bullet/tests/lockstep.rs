@@ -27,6 +27,12 @@ fn step(lockstep: &mut Lockstep, worlds: &mut [World]) {
     results.into_iter().for_each(Result::unwrap);
 }
 
+fn snapshot(world: &mut World) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    world.snapshot(&mut bytes).unwrap();
+    bytes
+}
+
 /// `make(i)` builds the `i`th world, `act(i, step, world)` is done before each of its steps.
 fn compare(
     what: &str,
@@ -51,6 +57,13 @@ fn compare(
                     Readings::of(&alone[i]).bits() == Readings::of(&together[i]).bits(),
                     "{what}, {instructions:?}: other bits in world {i} after step {n}"
                 );
+                // What can't be read, but matters to what follows.
+                if (n + i) % 10 == 9 || n + 1 == steps {
+                    assert!(
+                        snapshot(&mut alone[i]) == snapshot(&mut together[i]),
+                        "{what}, {instructions:?}: another snapshot of world {i} after step {n}"
+                    );
+                }
             }
         }
         counts = lockstep.counts();
@@ -295,6 +308,40 @@ fn worlds_leave_and_join() {
         }
     }
     assert!(lockstep.step(&mut [], &mut Vec::new()).is_ok());
+}
+
+/// What may only meet planes needs no box; a body that it may meet can come at any time, and go.
+#[test]
+fn bodies_come_and_go() {
+    let make = |i: usize| {
+        let mut world = World::new(&WorldSettings::default()).unwrap();
+        ground(&mut world);
+        let slope = world.add_shape(&Shape::ground()).unwrap();
+        let tilt = UnitQuaternion::from_euler_angles(0.0, -0.4, 0.0);
+        let pose = Isometry3::from_parts(Translation3::new(3.0, 0.0, 0.0), tilt);
+        world.add_body(&Body::fixed(slope, pose)).unwrap();
+        let shapes = [
+            Shape::Capsule { radius: 0.1, length: 0.6, along: Lengthwise::X },
+            Shape::Box { half_extents: Vector3::new(0.1, 0.2, 0.3) },
+        ];
+        for (k, shape) in shapes.iter().enumerate() {
+            let shape = world.add_shape(shape).unwrap();
+            let turn = UnitQuaternion::from_euler_angles(0.3 * i as f64, 0.4, 1.0);
+            let at = Translation3::new(2.0 * k as f64, 0.0, 1.5 + 0.1 * i as f64);
+            let filter = CollisionFilter { group: 2, mask: !2 };
+            let body = Body::dynamic(shape, 1.0, Isometry3::from_parts(at, turn));
+            let id = world.add_body(&Body { filter, ..body }).unwrap();
+            world.set_velocity(id, &Vector3::x(), &Vector3::new(1.0, 2.0, 3.0)).unwrap();
+        }
+        world
+    };
+    compare("come and go", (3, 240), make, |_, n, world| match n {
+        40 => {
+            ball(world, 0.3, 2.0, 0.4);
+        }
+        90 => world.remove_body(BodyId { slot: 4 }).unwrap(),
+        _ => (),
+    });
 }
 
 #[test]
