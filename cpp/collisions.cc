@@ -2,7 +2,7 @@
 #include <btBulletDynamicsCommon.h>
 
 #include "broadphase.h"
-#include "cut.h"
+#include "pausing.h"
 
 namespace itarl {
 
@@ -113,7 +113,7 @@ void Broadphase::calculateOverlappingPairs(btDispatcher* dispatcher) {
 // predictUnconstraintMotion, but for damping by factors of 1, which are powers that take time, and
 // for where a body will be: Bullet asks for that to make boxes alone, and then moves the body for
 // good. (A body that sleeps stays where it is; the prediction then stays, too.)
-void CutWorld::predict_motion(btScalar time_step) {
+void PausingWorld::predict_motion(btScalar time_step) {
   for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i) {
     btRigidBody& body = *m_nonStaticRigidBodies[i];
     if (body.isStaticOrKinematicObject()) continue;
@@ -124,13 +124,13 @@ void CutWorld::predict_motion(btScalar time_step) {
   }
 }
 
-bool CutWorld::needs_box(const btCollisionObject& object) {
+bool PausingWorld::needs_box(const btCollisionObject& object) {
   return object.getActivationState() != DISABLE_DEACTIVATION || object.isKinematicObject() ||
          broadphase_.needs_box(*object.getBroadphaseHandle());
 }
 
 // performDiscreteCollisionDetection
-void CutWorld::find_contacts() {
+void PausingWorld::find_contacts() {
   for (int i = 0; i < m_collisionObjects.size(); ++i) {
     if (needs_box(*m_collisionObjects[i])) updateSingleAabb(m_collisionObjects[i]);
   }
@@ -146,7 +146,7 @@ void CutWorld::find_contacts() {
 
 // Whether a body without contact points is so high above a plane that none is found: by more than
 // its lowest point, and the distance at which points are found, and what rounding may do.
-bool CutWorld::stays_apart(const btBroadphasePair& pair) {
+bool PausingWorld::stays_apart(const btBroadphasePair& pair) {
   const bool first_is_plane = broadphase_.is_plane(*pair.m_pProxy0);
   if (pair.m_algorithm == nullptr || first_is_plane == broadphase_.is_plane(*pair.m_pProxy1)) {
     return false;

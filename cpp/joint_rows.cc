@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "cut.h"
+#include "pausing.h"
 
 namespace itarl {
 
@@ -57,7 +57,7 @@ bool has_same_jacobian(const btSolverConstraint& a, const btSolverConstraint& b)
 
 }  // namespace
 
-void CutSolver::convertJoints(btTypedConstraint** constraints, int count,
+void PausingSolver::convertJoints(btTypedConstraint** constraints, int count,
                               const btContactSolverInfo& info) {
   left_out_.assign(std::size_t(count), false);
   leaves_any_out_ = false;
@@ -75,7 +75,7 @@ void CutSolver::convertJoints(btTypedConstraint** constraints, int count,
 }
 
 // Of all joints whose rows aren't left out.
-void CutSolver::prepare_joints(btTypedConstraint** constraints, int count,
+void PausingSolver::prepare_joints(btTypedConstraint** constraints, int count,
                                const btContactSolverInfo& info) {
   m_tmpConstraintSizesPool.resizeNoInitialize(count);
   int total = 0;
@@ -107,7 +107,7 @@ void CutSolver::prepare_joints(btTypedConstraint** constraints, int count,
 
 // With the rows that were left out. Nothing has moved since, so that they're what they would have
 // been; and the order of the pool's rows is Bullet's.
-void CutSolver::make_all_rows(const btContactSolverInfo& info) {
+void PausingSolver::make_all_rows(const btContactSolverInfo& info) {
   left_out_.assign(left_out_.size(), false);
   leaves_any_out_ = false;
   prepare_joints(constraints_.data(), int(constraints_.size()), info);
@@ -116,7 +116,7 @@ void CutSolver::make_all_rows(const btContactSolverInfo& info) {
   for (int i = 0; i < total; ++i) m_orderNonContactConstraintPool[i] = i;
 }
 
-void CutSolver::make_rows(btTypedConstraint& constraint, int first, int count,
+void PausingSolver::make_rows(btTypedConstraint& constraint, int first, int count,
                           const btContactSolverInfo& info) {
   const int a = getOrInitSolverBody(constraint.getRigidBodyA(), info.m_timeStep);
   const int b = getOrInitSolverBody(constraint.getRigidBodyB(), info.m_timeStep);
@@ -185,7 +185,7 @@ void CutSolver::make_rows(btTypedConstraint& constraint, int first, int count,
 }
 
 // As writeBackJoints, but for terms that are zero; sums that begin at +0 don't notice those.
-void CutSolver::report_joints() {
+void PausingSolver::report_joints() {
   const btScalar per_second = btScalar(1) / info_->m_timeStep;
   const auto add = [per_second](btVector3& to, const btVector3& direction, btScalar impulse) {
     store(to, load(to) + load(direction) * impulse * per_second);

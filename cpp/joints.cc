@@ -384,8 +384,9 @@ JointId World::add_joint(const JointSpec& spec) {
   }
   entry->joint->setJointFeedback(&entry->feedback);
   entry->joint->setUserConstraintId(static_cast<int>(state.joints.size()));
-  entry->shape = lockstep::shape_of(*entry->joint, spec.kind, state.world.getSolverInfo());
-  state.solver.leave_out(state.joints.size(), entry->shape.type.kind() != lockstep::JointType::FromPools);
+  entry->form = lockstep::form_of(*entry->joint, spec.kind, state.world.getSolverInfo());
+  state.solver.leave_out(state.joints.size(),
+                         entry->form.type.kind() != lockstep::JointType::FromPools);
 
   state.restructure();
   state.joints.push_back(std::move(entry));

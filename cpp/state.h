@@ -12,8 +12,8 @@
 #include "bullet/src/bridge.rs.h"
 #include "broadphase.h"
 #include "checks.h"
-#include "cut.h"
-#include "lockstep/joint_shape.h"
+#include "pausing.h"
+#include "lockstep/joint_form.h"
 
 namespace itarl {
 
@@ -57,7 +57,7 @@ struct JointEntry {
   BodyEntry* child = nullptr;
   std::array<bool, 6> has_motor{};
   std::string axes;  // a letter for each: what rows the solver has for it
-  lockstep::JointShape shape;
+  lockstep::JointForm form;
   btJointFeedback feedback{};  // of which body B's part is read
 };
 
@@ -70,12 +70,12 @@ struct State {
   btDefaultCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher;
   Broadphase broadphase;
-  CutSolver solver;
+  PausingSolver solver;
   // Slots are never used again; an empty pointer is a removed entry.
   std::vector<std::unique_ptr<ShapeEntry>> shapes;
   std::vector<std::unique_ptr<BodyEntry>> bodies;
   std::vector<std::unique_ptr<JointEntry>> joints;
-  CutWorld world;
+  PausingWorld world;
 
   btScalar time_step;
   bool sleeping;

@@ -16,16 +16,17 @@ namespace itarl::lockstep {
 class Gyroscopic {
  public:
   // Works them out and hands them to the worlds' solvers. At most as many worlds as `choice` has
-  // lanes; `movers` has for each body slot the number of the body among those that move, or kNoBody.
-  void apply(const std::vector<State*>& worlds, const std::vector<std::uint32_t>& movers,
+  // lanes; `dynamic_ids` has for each body slot the number of the body among those that move, or
+  // kNoBody.
+  void apply(const std::vector<State*>& worlds, const std::vector<std::uint32_t>& dynamic_ids,
              const SweepChoice& choice);
 
  private:
   template <int W>
-  void gather(const std::vector<State*>& worlds, const std::vector<std::uint32_t>& movers);
+  void gather(const std::vector<State*>& worlds, const std::vector<std::uint32_t>& dynamic_ids);
   template <int W>
   void hand_to_solvers(const std::vector<State*>& worlds,
-                       const std::vector<std::uint32_t>& movers) const;
+                       const std::vector<std::uint32_t>& dynamic_ids) const;
 
   Vectors time_steps_, numbers_, impulses_;
 };

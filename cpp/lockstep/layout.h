@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "lockstep/joint_numbers.h"
+#include "lockstep/tasks.h"
 #include "lockstep/rows.h"
 #include "lockstep/schedule.h"
 

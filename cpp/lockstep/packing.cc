@@ -39,7 +39,7 @@ struct Rows {
   std::array<const btSolverConstraint*, W> in;
   std::array<bool, W> moves_first;  // for rows with one moving body: whether it's the first of two
 
-  Rows(const std::vector<Lane*>& lanes, std::size_t index, bool of_contact) {
+  Rows(const std::vector<WorldRows*>& lanes, std::size_t index, bool of_contact) {
     in.fill(&no_row());
     moves_first.fill(true);
     for (std::size_t lane = 0; lane < lanes.size(); ++lane) {
@@ -124,7 +124,7 @@ class Writer {
 
 }  // namespace
 
-void Packing::pack(Layout& layout, std::vector<Lane*>& lanes, const SweepChoice& choice) {
+void Packing::pack(Layout& layout, std::vector<WorldRows*>& lanes, const SweepChoice& choice) {
   layout_ = &layout;
   lanes_ = lanes;
   width_ = choice.lanes;
@@ -155,7 +155,7 @@ void Packing::pack(Layout& layout, std::vector<Lane*>& lanes, const SweepChoice&
 // For as many rows of joints and contacts as the worlds have now.
 void Packing::make_room(Layout& layout) {
   contacts_now_.assign(layout.body_count(), 0);
-  for (const Lane* lane : lanes_) {
+  for (const WorldRows* lane : lanes_) {
     for (std::uint32_t i = 0; i < lane->signature().joints.size(); ++i) {
       layout.need_rows(i, lane->rows(i));
     }
@@ -172,7 +172,7 @@ template <int W>
 void Packing::pack_lanes(Layout& layout) {
   do {  // a row that turns out to be less special than it was moves the others
     layout.settle();
-    for (Lane* lane : lanes_) lane->assign_rows(layout);
+    for (WorldRows* lane : lanes_) lane->assign_rows(layout);
   } while (!fit_forms(layout));
   storage_.make_room(std::size_t(layout.size()) * W);
   values_ = storage_.begin();
@@ -186,7 +186,7 @@ bool Packing::fit_forms(Layout& layout) const {
   const auto fit = [&](const PlacedRow& row) {
     const Form before = layout.form(row);
     Form form = before;
-    for (const Lane* lane : lanes_) {
+    for (const WorldRows* lane : lanes_) {
       if (row.part < lane->rows(row.owner)) form = form & lane->form(row.owner, row.part);
     }
     if (form == before) return;
@@ -248,15 +248,15 @@ void Packing::pack_bodies(const Layout& layout) {
 Sweep Packing::sweep(int iterations) {
   // A residual is |delta| / k. Its square isn't 0 if it is at least the square root of the smallest
   // number there is; a factor of 2^4 covers the rounding.
-  const int exponent = (std::numeric_limits<Scalar>::min_exponent -
-                        std::numeric_limits<Scalar>::digits) / 2 + 4;
+  const int exponent =
+      (std::numeric_limits<Scalar>::min_exponent - std::numeric_limits<Scalar>::digits) / 2 + 4;
   for (int lane = 0; lane < width_; ++lane) {
     floors_[std::size_t(lane)] = std::ldexp(largest_k_[std::size_t(lane)], exponent);
   }
   return {rows_.data(), rows_.data() + rows_.size(), values_, iterations, floors_.data(), 0};
 }
 
-std::uint32_t Packing::unfinished(const SweepChoice& choice) {
+std::uint32_t Packing::not_finite(const SweepChoice& choice) {
   choice.report(*joints_);
   // x * 0 is 0 if x is finite, and nothing else.
   std::array<Scalar, 16> sums{};
@@ -293,7 +293,7 @@ void Packing::unpack(const SweepChoice& choice, std::uint32_t lanes) {
 }
 
 void Packing::unpack_pools(std::uint32_t lane) {
-  const Lane& to = *lanes_[lane];
+  const WorldRows& to = *lanes_[lane];
   const auto value = [&](std::uint32_t vector) {
     return values_[std::size_t(vector) * std::size_t(width_) + lane];
   };

@@ -8,9 +8,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "lockstep/lane.h"
+#include "lockstep/world_rows.h"
 #include "lockstep/layout.h"
-#include "lockstep/numbers.h"
+#include "lockstep/gatherer.h"
 #include "lockstep/sweep.h"
 #include "lockstep/vectors.h"
 
@@ -21,7 +21,7 @@ class Packing {
  public:
   // Brings `layout` up to what the lanes need, and fills in the sweep's rows and values. At most as
   // many lanes as `choice` has.
-  void pack(Layout& layout, std::vector<Lane*>& lanes, const SweepChoice& choice);
+  void pack(Layout& layout, std::vector<WorldRows*>& lanes, const SweepChoice& choice);
   // Lanes with a row that can't be swept, as bits; what the sweep makes of them means nothing.
   std::uint32_t unsound() const { return joints_->unsound; }
 
@@ -30,7 +30,7 @@ class Packing {
 
   // To be called after the sweep: lanes with a number that isn't finite, or so large that Bullet
   // would switch a joint off, as bits.
-  std::uint32_t unfinished(const SweepChoice& choice);
+  std::uint32_t not_finite(const SweepChoice& choice);
   // Writes the results of these lanes into their pools and joints, and moves bodies where it can.
   void unpack(const SweepChoice& choice, std::uint32_t lanes);
 
@@ -45,14 +45,14 @@ class Packing {
   template <int W>
   void pack_bodies(const Layout& layout);
 
-  std::vector<Lane*> lanes_;
+  std::vector<WorldRows*> lanes_;
   Layout* layout_ = nullptr;
   int width_ = 1;
-  std::vector<std::uint32_t> contacts_now_;  // by mover
+  std::vector<std::uint32_t> contacts_now_;  // by dynamic_id
   std::vector<Row> rows_;
   Vectors storage_;
   Scalar* values_ = nullptr;
-  JointNumbers numbers_;
+  Gatherer numbers_;
   std::uint64_t group_ = 0;  // of the lanes, as numbers_ has it
   JointTask* joints_ = nullptr;
   alignas(64) std::array<Scalar, 16> floors_{}, largest_k_{};  // by lane

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "lockstep/joint_numbers.h"
+#include "lockstep/tasks.h"
 #include "lockstep/rows.h"
 
 namespace itarl::lockstep {
@@ -23,7 +23,7 @@ struct Sweep {
   const Scalar* residual_floor;
   // Set: bit i if lane i had an iteration whose deltas were neither all 0, after which nothing
   // changes any more, nor surely above the floor. Bullet may have stopped there.
-  std::uint32_t doubtful;
+  std::uint32_t maybe_converged;
 };
 
 using SweepFunction = void (*)(Sweep&);

@@ -114,8 +114,8 @@ inline Matrix<L> inverse(const Matrix<L>& m) {
   const Three<L> columns[3] = {cross<L>(m.rows[1], m.rows[2]), cross<L>(m.rows[2], m.rows[0]),
                                cross<L>(m.rows[0], m.rows[1])};
   const auto s = L::all(1) / dot<L>(m.rows[0], columns[0]);
-  const Matrix<L> turned{{scaled<L>(columns[0], s), scaled<L>(columns[1], s),
-                          scaled<L>(columns[2], s)}};
+  const Matrix<L> turned{
+      {scaled<L>(columns[0], s), scaled<L>(columns[1], s), scaled<L>(columns[2], s)}};
   return {{turned.column(0), turned.column(1), turned.column(2)}};
 }
 

@@ -11,7 +11,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "lockstep/joint_numbers.h"
+#include "lockstep/tasks.h"
 
 namespace itarl::lockstep {
 

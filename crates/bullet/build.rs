@@ -10,18 +10,18 @@ const SOURCES: [&str; 18] = [
     "joints.cc",
     "contacts.cc",
     "snapshot.cc",
-    "cut.cc",
+    "pausing.cc",
     "collisions.cc",
     "joint_rows.cc",
     "lockstep/structure.cc",
     "lockstep/schedule.cc",
-    "lockstep/joint_shape.cc",
-    "lockstep/numbers.cc",
+    "lockstep/joint_form.cc",
+    "lockstep/gatherer.cc",
     "lockstep/gyroscopic.cc",
     "lockstep/layout.cc",
-    "lockstep/lane.cc",
+    "lockstep/world_rows.cc",
     "lockstep/packing.cc",
-    "lockstep/group.cc",
+    "lockstep/lockstep.cc",
 ];
 /// Without Bullet's headers, each with its compiler flags; the first holds the choice.
 const SWEEPS: [(&str, &[&str]); 3] = [

@@ -99,7 +99,7 @@ fn everything_at_once() {
             assert!(a == b, "{mode:?}: other bits after step {n}");
         }
         let counts = lockstep.counts();
-        assert!(counts.swept + counts.uncovered == 250, "{counts:?}");
+        assert!(counts.swept + counts.unsupported == 250, "{counts:?}");
     }
 }
 
@@ -164,7 +164,7 @@ fn tiny_changes_are_left_to_bullet() {
         world
     };
     let counts = compare("tiny", (4, 5), make, |_, _, _| ());
-    assert!(counts.doubtful > 0, "{counts:?}");
+    assert!(counts.maybe_converged > 0, "{counts:?}");
 }
 
 /// More joints than Bullet solves in one go.
@@ -195,7 +195,7 @@ fn many_robots_in_a_world() {
         world
     };
     let counts = compare("chains", (3, 40), make, |_, _, _| ());
-    assert!(counts.apart > 0 && counts.swept > 0, "{counts:?}");
+    assert!(counts.separate_groups > 0 && counts.swept > 0, "{counts:?}");
 }
 
 /// A joint without a row brings a kinematic body into the solver, which makes its zeros positive.

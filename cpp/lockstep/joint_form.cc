@@ -1,4 +1,4 @@
-#include "lockstep/joint_shape.h"
+#include "lockstep/joint_form.h"
 
 #include "state.h"
 
@@ -28,20 +28,21 @@ struct Axis {
 Axis axis_of(btGeneric6DofSpring2Constraint& joint, int i) {
   if (i >= 3) {
     const btRotationalLimitMotor2& of = *joint.getRotationalLimitMotor(i - 3);
-    return {of.m_loLimit,         of.m_hiLimit,       of.m_bounce,           of.m_stopERP,
-            of.m_motorERP,        of.m_springStiffness, of.m_springDamping, of.m_equilibriumPoint,
-            of.m_stopCFM,         of.m_motorCFM,      of.m_enableMotor,      of.m_enableSpring};
+    return {of.m_loLimit,  of.m_hiLimit,         of.m_bounce,        of.m_stopERP,
+            of.m_motorERP, of.m_springStiffness, of.m_springDamping, of.m_equilibriumPoint,
+            of.m_stopCFM,  of.m_motorCFM,        of.m_enableMotor,   of.m_enableSpring};
   }
   const btTranslationalLimitMotor2& of = *joint.getTranslationalLimitMotor();
-  return {of.m_lowerLimit[i],     of.m_upperLimit[i],      of.m_bounce[i],
-          of.m_stopERP[i],        of.m_motorERP[i],        of.m_springStiffness[i],
-          of.m_springDamping[i],  of.m_equilibriumPoint[i], of.m_stopCFM[i],
-          of.m_motorCFM[i],       of.m_enableMotor[i],     of.m_enableSpring[i]};
+  return {of.m_lowerLimit[i],    of.m_upperLimit[i],       of.m_bounce[i],
+          of.m_stopERP[i],       of.m_motorERP[i],         of.m_springStiffness[i],
+          of.m_springDamping[i], of.m_equilibriumPoint[i], of.m_stopCFM[i],
+          of.m_motorCFM[i],      of.m_enableMotor[i],      of.m_enableSpring[i]};
 }
 
-// All axes as the solver will see them. What isn't set is the world's, but that Bullet takes for the
-// softness what its first row has, once that is written.
-std::array<Axis, 6> axes_of(btGeneric6DofSpring2Constraint& joint, const btContactSolverInfo& info) {
+// All axes as the solver will see them. What isn't set is the world's, but that Bullet takes for
+// the softness what its first row has, once that is written.
+std::array<Axis, 6> axes_of(btGeneric6DofSpring2Constraint& joint,
+                            const btContactSolverInfo& info) {
   std::array<Axis, 6> axes;
   btScalar cfm = info.m_globalCfm;
   bool is_first = true;
@@ -62,17 +63,16 @@ std::array<Axis, 6> axes_of(btGeneric6DofSpring2Constraint& joint, const btConta
   return axes;
 }
 
-JointShape shape_of_six_axes(btGeneric6DofSpring2Constraint& joint,
-                             const btContactSolverInfo& info) {
-  JointShape shape{JointType::of(JointType::SixAxes), {}};
+JointForm form_of_six_axes(btGeneric6DofSpring2Constraint& joint, const btContactSolverInfo& info) {
+  JointForm form{JointType::of(JointType::SixAxes), {}};
   const std::array<Axis, 6> axes = axes_of(joint, info);
   for (const int i : kAxisOrder) {
     const Axis& axis = axes[std::size_t(i)];
-    shape.type.set_axis(i, axis.limit(), axis.motor, axis.spring);
+    form.type.set_axis(i, axis.limit(), axis.motor, axis.spring);
     bool shares = false;
     const auto add = [&](btScalar cfm, bool free) {
       const bool rigid = cfm == 0;
-      shape.rows.push_back({rigid && i >= 3, rigid, free, shares});
+      form.rows.push_back({rigid && i >= 3, rigid, free, shares});
       shares = i >= 3;
     };
     if (axis.limit() == JointType::Locked) add(axis.cfm, true);
@@ -81,7 +81,7 @@ JointShape shape_of_six_axes(btGeneric6DofSpring2Constraint& joint,
     if (axis.motor) add(axis.motor_cfm, false);
     if (axis.spring) add(0, false);
   }
-  return shape;
+  return form;
 }
 
 // Of a slider's row, by its place. The last two are softer only where a stop holds.
@@ -96,19 +96,19 @@ btScalar slider_cfm(const btSliderConstraint& slider, int row, const btContactSo
   return 0;
 }
 
-JointShape shape_of_slider(btSliderConstraint& slider, const btContactSolverInfo& info) {
-  JointShape shape{JointType::of(JointType::Slider), {}};
+JointForm form_of_slider(btSliderConstraint& slider, const btContactSolverInfo& info) {
+  JointForm form{JointType::of(JointType::Slider), {}};
   const auto limit = [](btScalar lower, btScalar upper) {
     return lower > upper ? JointType::Free : lower == upper ? JointType::Locked : JointType::Range;
   };
   const auto along = limit(slider.getLowerLinLimit(), slider.getUpperLinLimit());
   const auto about = limit(slider.getLowerAngLimit(), slider.getUpperAngLimit());
   const bool slides = slider.getPoweredLinMotor(), turns = slider.getPoweredAngMotor();
-  shape.type.set_axis(0, along, slides, false);
-  shape.type.set_axis(3, about, turns, false);
+  form.type.set_axis(0, along, slides, false);
+  form.type.set_axis(3, about, turns, false);
   const auto add = [&](int row, bool angular, bool free) {
     const bool rigid = slider_cfm(slider, row, info) == 0;
-    shape.rows.push_back({rigid && angular, rigid, free, false});
+    form.rows.push_back({rigid && angular, rigid, free, false});
   };
   add(0, true, true);
   add(1, true, true);
@@ -116,7 +116,7 @@ JointShape shape_of_slider(btSliderConstraint& slider, const btContactSolverInfo
   add(3, false, true);
   if (along != JointType::Free || slides) add(4, false, along == JointType::Locked && !slides);
   if (about != JointType::Free || turns) add(5, true, about == JointType::Locked && !turns);
-  return shape;
+  return form;
 }
 
 void put_transform(const btTransform& transform, std::uint32_t place, const Put& put) {
@@ -192,7 +192,7 @@ void put_six_axes(btGeneric6DofSpring2Constraint& joint, btScalar fps,
 
 }  // namespace
 
-JointShape shape_of(btTypedConstraint& joint, JointKind kind, const btContactSolverInfo& info) {
+JointForm form_of(btTypedConstraint& joint, JointKind kind, const btContactSolverInfo& info) {
   // Bullet treats heavier ones like what doesn't move.
   const auto moves = [](const btRigidBody& body) {
     return !body.isStaticOrKinematicObject() && body.getInvMass() >= SIMD_EPSILON;
@@ -200,10 +200,10 @@ JointShape shape_of(btTypedConstraint& joint, JointKind kind, const btContactSol
   if (!moves(joint.getRigidBodyA()) || !moves(joint.getRigidBodyB())) return {};
   switch (kind) {
     case JointKind::Slider:
-      return shape_of_slider(static_cast<btSliderConstraint&>(joint), info);
+      return form_of_slider(static_cast<btSliderConstraint&>(joint), info);
     case JointKind::Fixed:
     case JointKind::SixDofSpring:
-      return shape_of_six_axes(static_cast<btGeneric6DofSpring2Constraint&>(joint), info);
+      return form_of_six_axes(static_cast<btGeneric6DofSpring2Constraint&>(joint), info);
     default:
       return {};
   }

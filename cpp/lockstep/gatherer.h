@@ -5,23 +5,24 @@
 #include <memory>
 #include <vector>
 
-#include "lockstep/joint_numbers.h"
-#include "lockstep/lane.h"
+#include "lockstep/tasks.h"
+#include "lockstep/world_rows.h"
 #include "lockstep/layout.h"
 #include "lockstep/vectors.h"
 
 namespace itarl::lockstep {
 
-class JointNumbers {
+class Gatherer {
  public:
   // Worlds that are about to be swept. Gives a number, above 0, that stands for them as long as
   // they're built as they are.
-  std::uint64_t enter(const std::vector<Lane*>& lanes, int width);
+  std::uint64_t enter(const std::vector<WorldRows*>& lanes, int width);
   // Reads what the rows of a layout's joints need.
   void gather(const Layout& layout);
   // The rows to make in `values`, the sweep's. Valid until the next gather().
   JointTask& task(const Layout& layout, Scalar* values, Scalar* largest_k);
-  // Once the task is done and reported of: hands their reports to the joints of these lanes' worlds.
+  // Once the task is done and reported of: hands their reports to the joints of these lanes'
+  // worlds.
   void report(std::uint32_t lanes) const;
   // The bodies to move, once they're swept.
   MoveTask moves(const Layout& layout, const Scalar* values);
@@ -49,9 +50,11 @@ class JointNumbers {
   template <int W>
   void move_lanes(std::uint32_t lanes) const;
   // Empty lanes do what the last one does: no number is a surprise there.
-  const Lane& lane(std::size_t i) const { return *lanes_[i < lanes_.size() ? i : lanes_.size() - 1]; }
+  const WorldRows& lane(std::size_t i) const {
+    return *lanes_[i < lanes_.size() ? i : lanes_.size() - 1];
+  }
 
-  std::vector<Lane*> lanes_;
+  std::vector<WorldRows*> lanes_;
   int width_ = 1;
   std::vector<std::unique_ptr<Copy>> copies_;
   std::size_t next_copy_ = 0;  // the one to give up when there are too many

@@ -1,8 +1,8 @@
-#include "lockstep/numbers.h"
+#include "lockstep/gatherer.h"
 
 #include <algorithm>
 
-#include "lockstep/joint_shape.h"
+#include "lockstep/joint_form.h"
 #include "state.h"
 
 namespace itarl::lockstep {
@@ -14,25 +14,26 @@ constexpr std::size_t kMostCopies = 16;
 
 }  // namespace
 
-std::uint64_t JointNumbers::enter(const std::vector<Lane*>& lanes, int width) {
+std::uint64_t Gatherer::enter(const std::vector<WorldRows*>& lanes, int width) {
   lanes_ = lanes;
   width_ = width;
   copy_ = &copy_for(width);
   return copy_->number;
 }
 
-void JointNumbers::gather(const Layout& layout) {
+void Gatherer::gather(const Layout& layout) {
   gather_worlds();
   plan(layout);
   gather_motors();
   with_width(width_, [&](auto width) { gather_bodies<width.value>(layout.body_count()); });
 }
 
-JointNumbers::Copy& JointNumbers::copy_for(int width) {
+Gatherer::Copy& Gatherer::copy_for(int width) {
   const auto is_same = [&](const std::unique_ptr<Copy>& copy) {
     return copy->width == width &&
-           std::equal(copy->builds.begin(), copy->builds.end(), lanes_.begin(), lanes_.end(),
-                      [](const auto& build, const Lane* of) { return build == of->state().build; });
+           std::equal(
+               copy->builds.begin(), copy->builds.end(), lanes_.begin(), lanes_.end(),
+               [](const auto& build, const WorldRows* of) { return build == of->state().build; });
   };
   const auto known = std::find_if(copies_.begin(), copies_.end(), is_same);
   if (known != copies_.end()) return **known;
@@ -47,17 +48,17 @@ JointNumbers::Copy& JointNumbers::copy_for(int width) {
   copy.width = width;
   copy.number = ++made_;
   fill(copy);
-  for (const Lane* const of : lanes_) copy.builds.push_back(of->state().build);
+  for (const WorldRows* const of : lanes_) copy.builds.push_back(of->state().build);
   return copy;
 }
 
-void JointNumbers::fill(Copy& copy) const {
+void Gatherer::fill(Copy& copy) const {
   copy.places.clear();
   std::uint32_t size = 0;
   const auto& joints = lane(0).state().joints;  // as in all of them
   for (const auto& entry : joints) {
     copy.places.push_back(size);
-    if (entry) size += numbers_of(entry->shape.type);
+    if (entry) size += numbers_of(entry->form.type);
   }
   const auto width = std::size_t(width_);
   copy.numbers.make_room(size * width);
@@ -65,29 +66,29 @@ void JointNumbers::fill(Copy& copy) const {
     State& state = lane(i).state();
     for (std::size_t joint = 0; joint < joints.size(); ++joint) {
       const auto& entry = state.joints[joint];
-      if (!entry || entry->shape.type.kind() == JointType::FromPools) continue;
+      if (!entry || entry->form.type.kind() == JointType::FromPools) continue;
       Scalar* const to = copy.numbers.begin() + copy.places[joint] * width + i;
-      put_numbers(*entry->joint, entry->shape.type, state.time_step, state.world.getSolverInfo(),
+      put_numbers(*entry->joint, entry->form.type, state.time_step, state.world.getSolverInfo(),
                   [&](std::uint32_t place, btScalar number) { to[place * width] = number; });
     }
   }
 }
 
-void JointNumbers::plan(const Layout& layout) {
+void Gatherer::plan(const Layout& layout) {
   plans_.clear();
   joints_.clear();
   const std::vector<JointKey>& keys = layout.signature().joints;
   for (std::uint32_t i = 0; i < keys.size(); ++i) {
     const JointKey& key = keys[i];
     if (key.type.kind() == JointType::FromPools) continue;
-    const auto rows = std::uint32_t(lane(0).state().joints[key.joint]->shape.rows.size());
+    const auto rows = std::uint32_t(lane(0).state().joints[key.joint]->form.rows.size());
     plans_.push_back({key.type, key.a * kBodyNumbers, key.b * kBodyNumbers,
                       copy_->places[key.joint], layout.first_row(i), rows});
     joints_.push_back(key.joint);
   }
 }
 
-void JointNumbers::gather_worlds() {
+void Gatherer::gather_worlds() {
   const auto width = std::size_t(width_);
   worlds_.make_room(kWorldNumbers * width);
   for (std::size_t i = 0; i < width; ++i) {
@@ -102,7 +103,7 @@ void JointNumbers::gather_worlds() {
   }
 }
 
-void JointNumbers::gather_motors() {
+void Gatherer::gather_motors() {
   const auto width = std::size_t(width_);
   for (std::size_t k = 0; k < plans_.size(); ++k) {
     const JointPlan& plan = plans_[k];
@@ -142,7 +143,7 @@ void JointNumbers::gather_motors() {
 }
 
 template <int W>
-void JointNumbers::gather_bodies(std::uint32_t bodies) {
+void Gatherer::gather_bodies(std::uint32_t bodies) {
   static const btVector3 zero(0, 0, 0);
   bodies_.make_room(std::size_t(bodies) * kBodyNumbers * W);
   for (std::uint32_t body = 0; body < bodies; ++body) {
@@ -169,21 +170,21 @@ void JointNumbers::gather_bodies(std::uint32_t bodies) {
     three(kPose + 9, [](auto& of) -> const btVector3& {
       return of.m_originalBody->getWorldTransform().getOrigin();
     });
-    three(kLinear, [](auto& of) -> const btVector3& { return of.m_originalBody->getLinearVelocity(); });
+    three(kLinear,
+          [](auto& of) -> const btVector3& { return of.m_originalBody->getLinearVelocity(); });
     three(kAngular,
           [](auto& of) -> const btVector3& { return of.m_originalBody->getAngularVelocity(); });
     three(kForce, [](auto& of) -> const btVector3& { return of.m_externalForceImpulse; });
     three(kTorque, [](auto& of) -> const btVector3& { return of.m_externalTorqueImpulse; });
-    three(kInertiaOwn, [](auto& of) -> const btVector3& {
-      return of.m_originalBody->getInvInertiaDiagLocal();
-    });
+    three(kInertiaOwn,
+          [](auto& of) -> const btVector3& { return of.m_originalBody->getInvInertiaDiagLocal(); });
     for (std::size_t i = 0; i < W; ++i) {
       to[kBodyInverseMass * W + i] = from[i] == nullptr ? 0 : from[i]->m_originalBody->getInvMass();
     }
   }
 }
 
-JointTask& JointNumbers::task(const Layout& layout, Scalar* values, Scalar* largest_k) {
+JointTask& Gatherer::task(const Layout& layout, Scalar* values, Scalar* largest_k) {
   reports_.make_room(plans_.size() * kReportNumbers * std::size_t(width_));
   task_ = {plans_.data(),
            plans_.data() + plans_.size(),
@@ -200,12 +201,12 @@ JointTask& JointNumbers::task(const Layout& layout, Scalar* values, Scalar* larg
   return task_;
 }
 
-void JointNumbers::report(std::uint32_t lanes) const {
+void Gatherer::report(std::uint32_t lanes) const {
   with_width(width_, [&](auto width) { report_lanes<width.value>(lanes); });
 }
 
 template <int W>
-void JointNumbers::report_lanes(std::uint32_t lanes) const {
+void Gatherer::report_lanes(std::uint32_t lanes) const {
   btVector3 nowhere;
   std::array<JointEntry*, W> to{};
   for (std::size_t k = 0; k < plans_.size(); ++k) {
@@ -216,7 +217,7 @@ void JointNumbers::report_lanes(std::uint32_t lanes) const {
       to[i]->joint->internalSetAppliedImpulse(task_.values[last.applied * W + i]);
     }
     const Scalar* const from = reports_.begin() + k * kReportNumbers * W;
-    const auto part = [&](const Scalar* numbers, btVector3 btJointFeedback::*which) {
+    const auto part = [&](const Scalar* numbers, btVector3 btJointFeedback::* which) {
       hand_out<W>(numbers, [&](int lane) {
         JointEntry* const entry = to[std::size_t(lane)];
         return (entry == nullptr ? nowhere : entry->feedback.*which).m_floats;
@@ -227,22 +228,22 @@ void JointNumbers::report_lanes(std::uint32_t lanes) const {
   }
 }
 
-MoveTask JointNumbers::moves(const Layout& layout, const Scalar* values) {
+MoveTask Gatherer::moves(const Layout& layout, const Scalar* values) {
   body_places_.clear();
   for (std::uint32_t i = 0; i < layout.body_count(); ++i) {
     body_places_.push_back(layout.body_place(i));
   }
   moved_.make_room(std::size_t(layout.body_count()) * kMovedNumbers * std::size_t(width_));
-  return {layout.body_count(), body_places_.data(), worlds_.begin(),   bodies_.begin(),
-          values,              int(lanes_.size()),  moved_.begin()};
+  return {layout.body_count(), body_places_.data(), worlds_.begin(), bodies_.begin(), values,
+          int(lanes_.size()),  moved_.begin()};
 }
 
-void JointNumbers::move(std::uint32_t lanes) const {
+void Gatherer::move(std::uint32_t lanes) const {
   with_width(width_, [&](auto width) { move_lanes<width.value>(lanes); });
 }
 
 template <int W>
-void JointNumbers::move_lanes(std::uint32_t lanes) const {
+void Gatherer::move_lanes(std::uint32_t lanes) const {
   btVector3 vectors[W][kMovedNumbers / 3];
   for (std::uint32_t body = 0; body < body_places_.size(); ++body) {
     const Scalar* const from = moved_.begin() + std::size_t(body) * kMovedNumbers * W;

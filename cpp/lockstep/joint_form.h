@@ -6,7 +6,7 @@
 #include <functional>
 #include <vector>
 
-#include "lockstep/joint_numbers.h"
+#include "lockstep/tasks.h"
 #include "lockstep/rows.h"
 
 namespace itarl {
@@ -15,13 +15,13 @@ enum class JointKind : std::uint8_t;
 
 namespace itarl::lockstep {
 
-struct JointShape {
+struct JointForm {
   JointType type;
   std::vector<Form> rows;  // empty if Bullet makes the rows
 };
 
 // Of a joint that is ready to be stepped.
-JointShape shape_of(btTypedConstraint& joint, JointKind kind, const btContactSolverInfo& info);
+JointForm form_of(btTypedConstraint& joint, JointKind kind, const btContactSolverInfo& info);
 
 // How many numbers lanes need.
 std::uint32_t numbers_of(JointType type);

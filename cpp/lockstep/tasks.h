@@ -1,8 +1,8 @@
 // What the rows of joints are made of, and which joints' rows are made in lanes.
 //
 // Worlds hand over numbers; all that is computed from them is computed in lanes: sliders in
-// slider.inc, joints of six axes (fixed ones, too) in six_axes.inc. Each number here is a vector with
-// a world in each lane. No Bullet header is included here (see rows.h).
+// slider.inc, joints of six axes (fixed ones, too) in six_axes.inc. Each number here is a vector
+// with a world in each lane. No Bullet header is included here (see rows.h).
 #pragma once
 
 #include <cstdint>
@@ -38,9 +38,9 @@ struct JointType {
 
 // Of a world.
 enum WorldNumber : std::uint32_t {
-  kFps,        // 1 / time step, as Bullet's joints have it
-  kDt,         // 1 / fps
-  kStiffest,   // 1 / dt / dt / 16
+  kFps,       // 1 / time step, as Bullet's joints have it
+  kDt,        // 1 / fps
+  kStiffest,  // 1 / dt / dt / 16
   kTimeStep,
   kPerSecond,  // 1 / time step, as reports have it
   kWorldNumbers,
@@ -48,11 +48,11 @@ enum WorldNumber : std::uint32_t {
 
 // Of a body that moves.
 enum BodyNumber : std::uint32_t {
-  kPose = 0,         // rotation, row by row, then position
-  kInertia = 12,     // inverse, in the world's axes
-  kLinear = 21,      // velocity
+  kPose = 0,      // rotation, row by row, then position
+  kInertia = 12,  // inverse, in the world's axes
+  kLinear = 21,   // velocity
   kAngular = 24,
-  kForce = 27,       // what forces add to the velocity in this step
+  kForce = 27,  // what forces add to the velocity in this step
   kTorque = 30,
   kBodyInverseMass = 33,
   kInertiaOwn = 34,  // inverse, about the body's own axes
@@ -66,7 +66,7 @@ enum SliderNumber : std::uint32_t {
   kFactorB,
   kHeldAngularRate,  // fps * erp
   kHeldLinearRate,
-  kLinearStop,       // and what follows, as in SliderStop
+  kLinearStop,  // and what follows, as in SliderStop
   kAngularStop = kLinearStop + 8,
   kSliderCfm = kAngularStop + 8,  // of each row
   kSliderNumbers = kSliderCfm + 6,
@@ -87,7 +87,7 @@ enum SixAxesNumber : std::uint32_t {
   kMassA = 24,
   kMassB,
   kEndless,  // 1 if springs ask for more than they get, and 0 if they ask for what they need
-  kAxes,  // each as in AxisNumber
+  kAxes,     // each as in AxisNumber
 };
 enum AxisNumber : std::uint32_t {
   kAxisLower,
@@ -112,8 +112,8 @@ inline constexpr std::uint32_t kReportNumbers = 6;
 
 struct JointPlan {
   JointType type;
-  std::uint32_t a, b;      // places of its bodies
-  std::uint32_t numbers;   // place
+  std::uint32_t a, b;                  // places of its bodies
+  std::uint32_t numbers;               // place
   std::uint32_t first_row, row_count;  // among the layout's rows
 };
 

@@ -13,7 +13,7 @@
 
 namespace itarl {
 
-class CutSolver final : public btSequentialImpulseConstraintSolver {
+class PausingSolver final : public btSequentialImpulseConstraintSolver {
  public:
   // Stops after setting up, if pausing, and leaves the rows in the pools.
   //
@@ -28,7 +28,7 @@ class CutSolver final : public btSequentialImpulseConstraintSolver {
   // Whether rows wait in the pools.
   bool waits() const { return waits_; }
   // Groups that were solved on the spot since pausing was switched on.
-  int solved_before() const { return solved_before_; }
+  int separate_groups() const { return separate_groups_; }
   // The part of Bullet's iterations that resolves deep penetrations, apart from the velocities.
   void split_impulses();
   // Bullet's own iterations over all rows.
@@ -42,7 +42,7 @@ class CutSolver final : public btSequentialImpulseConstraintSolver {
   // been moved already.
   void finish(bool moved);
 
-  // Leaves out a joint's rows when setting up, if pausing: lanes make them (lockstep/numbers.h).
+  // Leaves out a joint's rows when setting up, if pausing: lanes make them (lockstep/gatherer.h).
   // iterate() makes up for it.
   void leave_out(std::size_t joint, bool leaves_out);
   // By constraint, whether its rows were left out.
@@ -83,7 +83,7 @@ class CutSolver final : public btSequentialImpulseConstraintSolver {
 
   bool pauses_ = false;
   bool waits_ = false;
-  int solved_before_ = 0;
+  int separate_groups_ = 0;
   std::vector<btVector3> gyroscopic_impulses_;
   std::vector<bool> in_lanes_;  // by joint
   std::vector<bool> left_out_;  // by constraint of the group
@@ -95,9 +95,9 @@ class CutSolver final : public btSequentialImpulseConstraintSolver {
   const btContactSolverInfo* info_ = nullptr;
 };
 
-class CutWorld final : public btDiscreteDynamicsWorld {
+class PausingWorld final : public btDiscreteDynamicsWorld {
  public:
-  CutWorld(btCollisionDispatcher* dispatcher, Broadphase* broadphase, CutSolver* solver,
+  PausingWorld(btCollisionDispatcher* dispatcher, Broadphase* broadphase, PausingSolver* solver,
            btCollisionConfiguration* configuration)
       : btDiscreteDynamicsWorld(dispatcher, broadphase, solver, configuration),
         dispatcher_(*dispatcher),
@@ -124,7 +124,7 @@ class CutWorld final : public btDiscreteDynamicsWorld {
 
   btCollisionDispatcher& dispatcher_;
   Broadphase& broadphase_;
-  CutSolver& solver_;
+  PausingSolver& solver_;
   btManifoldArray found_;  // of one pair
 };
 

@@ -1,20 +1,20 @@
 // The calls between the cuts are those of btDiscreteDynamicsWorld.cpp and
 // btSequentialImpulseConstraintSolver.cpp of Bullet 3.24.
-#include "cut.h"
+#include "pausing.h"
 
 namespace itarl {
 
-void CutSolver::set_pausing(bool pauses) {
+void PausingSolver::set_pausing(bool pauses) {
   pauses_ = pauses;
   if (pauses) {
     waits_ = false;
-    solved_before_ = 0;
+    separate_groups_ = 0;
   } else {
     gyroscopic_impulses_.clear();
   }
 }
 
-btScalar CutSolver::solveGroup(btCollisionObject** bodies, int body_count,
+btScalar PausingSolver::solveGroup(btCollisionObject** bodies, int body_count,
                                btPersistentManifold** manifolds, int manifold_count,
                                btTypedConstraint** constraints, int constraint_count,
                                const btContactSolverInfo& info, btIDebugDraw* drawer,
@@ -29,7 +29,7 @@ btScalar CutSolver::solveGroup(btCollisionObject** bodies, int body_count,
   if (waits_) {
     iterate();
     finish(false);
-    ++solved_before_;
+    ++separate_groups_;
   }
   group_.assign(bodies, bodies + body_count);
   manifolds_.assign(manifolds, manifolds + manifold_count);
@@ -50,7 +50,7 @@ btScalar CutSolver::solveGroup(btCollisionObject** bodies, int body_count,
 }
 
 // As Bullet's, with impulses that are known already.
-void CutSolver::convertBodies(btCollisionObject** bodies, int count,
+void PausingSolver::convertBodies(btCollisionObject** bodies, int count,
                               const btContactSolverInfo& info) {
   if (!pauses_ || gyroscopic_impulses_.empty()) {
     btSequentialImpulseConstraintSolver::convertBodies(bodies, count, info);
@@ -69,18 +69,18 @@ void CutSolver::convertBodies(btCollisionObject** bodies, int count,
   }
 }
 
-void CutSolver::split_impulses() {
+void PausingSolver::split_impulses() {
   solveGroupCacheFriendlySplitImpulseIterations(
       group_.data(), int(group_.size()), manifolds_.data(), int(manifolds_.size()),
       constraints_.data(), int(constraints_.size()), *info_, nullptr);
 }
 
-void CutSolver::leave_out(std::size_t joint, bool leaves_out) {
+void PausingSolver::leave_out(std::size_t joint, bool leaves_out) {
   if (in_lanes_.size() <= joint) in_lanes_.resize(joint + 1, false);
   in_lanes_[joint] = leaves_out;
 }
 
-void CutSolver::iterate() {
+void PausingSolver::iterate() {
   if (leaves_any_out_) make_all_rows(*info_);
   const int most = btMax(m_maxOverrideNumSolverIterations, info_->m_numIterations);
   for (int iteration = 0; iteration < most; ++iteration) {
@@ -91,7 +91,7 @@ void CutSolver::iterate() {
   }
 }
 
-void CutSolver::finish(bool moved) {
+void PausingSolver::finish(bool moved) {
   // solveGroupCacheFriendlyFinish
   if ((info_->m_solverMode & SOLVER_USE_WARMSTARTING) != 0) {
     writeBackContacts(0, m_tmpSolverContactConstraintPool.size(), *info_);
@@ -105,12 +105,12 @@ void CutSolver::finish(bool moved) {
   clear();
 }
 
-void CutSolver::abandon() {
+void PausingSolver::abandon() {
   set_pausing(false);
   clear();
 }
 
-void CutSolver::clear() {
+void PausingSolver::clear() {
   m_tmpSolverContactConstraintPool.resizeNoInitialize(0);
   m_tmpSolverNonContactConstraintPool.resizeNoInitialize(0);
   m_tmpSolverContactFrictionConstraintPool.resizeNoInitialize(0);
@@ -120,7 +120,7 @@ void CutSolver::clear() {
   waits_ = false;
 }
 
-bool CutSolver::has_known_arithmetic() {
+bool PausingSolver::has_known_arithmetic() {
 #ifdef __x86_64__
   return getActiveConstraintRowSolverGeneric() == getScalarConstraintRowSolverGeneric() &&
          getActiveConstraintRowSolverLowerLimit() == getScalarConstraintRowSolverLowerLimit();
@@ -129,7 +129,7 @@ bool CutSolver::has_known_arithmetic() {
 #endif
 }
 
-void CutWorld::begin_step(btScalar time_step) {
+void PausingWorld::begin_step(btScalar time_step) {
   // stepSimulation(time_step, 0)
   m_localTime = 0;
   m_fixedTimeStep = 0;
@@ -146,14 +146,14 @@ void CutWorld::begin_step(btScalar time_step) {
   calculateSimulationIslands();
 }
 
-void CutWorld::set_up_solver(btScalar time_step) {
+void PausingWorld::set_up_solver(btScalar time_step) {
   getSolverInfo().m_timeStep = time_step;
   solver_.set_pausing(true);
   solveConstraints(getSolverInfo());
   solver_.set_pausing(false);
 }
 
-void CutWorld::end_step(btScalar time_step) {
+void PausingWorld::end_step(btScalar time_step) {
   if (solver_.waits()) solver_.finish(false);
   integrateTransforms(time_step);
   updateActions(time_step);
@@ -162,7 +162,7 @@ void CutWorld::end_step(btScalar time_step) {
   clearForces();
 }
 
-void CutWorld::end_moved_step() {
+void PausingWorld::end_moved_step() {
   solver_.finish(true);
   // There are no actions, and no body that could fall asleep.
 }

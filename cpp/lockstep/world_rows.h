@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "cut.h"
+#include "pausing.h"
 #include "lockstep/layout.h"
 
 namespace itarl {
@@ -13,11 +13,11 @@ struct State;
 
 namespace itarl::lockstep {
 
-class Lane {
+class WorldRows {
  public:
-  // Reads the pools of a world whose solver waits. `movers` has for each body slot the number of
-  // the body among those that move, or kNoBody.
-  void read(State& state, const std::vector<std::uint32_t>& movers, std::size_t structure);
+  // Reads the pools of a world whose solver waits. `dynamic_ids` has for each body slot the number
+  // of the body among those that move, or kNoBody.
+  void read(State& state, const std::vector<std::uint32_t>& dynamic_ids, std::size_t structure);
 
   // Whether this world's rows can be swept in lanes.
   bool is_covered() const { return covered_; }
@@ -29,7 +29,7 @@ class Lane {
   void set_moved() { moved_ = true; }
   const Signature& signature() const { return signature_; }
   State& state() const { return *state_; }
-  CutSolver& solver() const { return *solver_; }
+  PausingSolver& solver() const { return *solver_; }
   std::uint32_t rows(std::uint32_t joint) const { return row_counts_[joint]; }
   // Of a joint's row that is there.
   Form form(std::uint32_t joint, std::uint32_t number) const {
@@ -48,29 +48,31 @@ class Lane {
   const btSolverConstraint* row(std::size_t index) const { return rows_[index]; }
   // Whether a contact row's one moving body is the first of its two.
   bool moves_first(std::size_t index) const {
-    return mover(rows_[index]->m_solverBodyIdA) != kNoBody;
+    return dynamic_id(rows_[index]->m_solverBodyIdA) != kNoBody;
   }
 
  private:
-  void read_bodies(const std::vector<std::uint32_t>& movers);
+  void read_bodies(const std::vector<std::uint32_t>& dynamic_ids);
   void read_joints();
   void read_contacts();
   Form form_in_lanes(std::uint32_t joint, std::uint32_t number) const;
-  std::uint32_t mover(int solver_body) const { return mover_of_[std::size_t(solver_body)]; }
+  std::uint32_t dynamic_id(int solver_body) const {
+    return dynamic_id_of_[std::size_t(solver_body)];
+  }
 
   State* state_ = nullptr;
-  CutSolver* solver_ = nullptr;
+  PausingSolver* solver_ = nullptr;
   bool covered_ = false, can_move_ = false, moved_ = false;
   Signature signature_;
-  std::vector<btSolverBody*> bodies_;       // by mover; null if not in the pool
-  std::vector<std::uint32_t> mover_of_;     // by solver body
-  std::vector<std::uint32_t> first_row_;    // by joint, in joint_rows(), if its rows are there
-  std::vector<std::uint32_t> row_counts_;   // by joint
-  std::vector<Form> forms_;                 // by row in joint_rows()
-  std::vector<std::uint32_t> contacts_;     // by mover
-  std::vector<ContactKey> pairs_;           // by contact of the pool
-  std::vector<std::uint32_t> seen_;         // contacts by mover, while they're assigned
-  std::vector<int> pool_contact_;           // by contact of the layout; -1 if there is none
+  std::vector<btSolverBody*> bodies_;            // by dynamic_id; null if not in the pool
+  std::vector<std::uint32_t> dynamic_id_of_;     // by solver body
+  std::vector<std::uint32_t> first_row_;         // by joint, in joint_rows(), if its rows are there
+  std::vector<std::uint32_t> row_counts_;        // by joint
+  std::vector<Form> forms_;                      // by row in joint_rows()
+  std::vector<std::uint32_t> contacts_;          // by dynamic_id
+  std::vector<ContactKey> pairs_;                // by contact of the pool
+  std::vector<std::uint32_t> seen_;              // contacts by dynamic_id, while they're assigned
+  std::vector<int> pool_contact_;                // by contact of the layout; -1 if there is none
   std::vector<const btSolverConstraint*> rows_;  // by row of the layout
 };
 
