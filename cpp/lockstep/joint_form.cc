@@ -198,15 +198,15 @@ JointForm form_of(btTypedConstraint& joint, JointKind kind, const btContactSolve
     return !body.isStaticOrKinematicObject() && body.getInvMass() >= SIMD_EPSILON;
   };
   if (!moves(joint.getRigidBodyA()) || !moves(joint.getRigidBodyB())) return {};
-  switch (kind) {
-    case JointKind::Slider:
-      return form_of_slider(static_cast<btSliderConstraint&>(joint), info);
-    case JointKind::Fixed:
-    case JointKind::SixDofSpring:
-      return form_of_six_axes(static_cast<btGeneric6DofSpring2Constraint&>(joint), info);
-    default:
-      return {};
+  JointForm form;
+  if (kind == JointKind::Slider) {
+    form = form_of_slider(static_cast<btSliderConstraint&>(joint), info);
+  } else if (kind == JointKind::Fixed || kind == JointKind::SixDofSpring) {
+    form = form_of_six_axes(static_cast<btGeneric6DofSpring2Constraint&>(joint), info);
   }
+  // All of whose axes are free.
+  if (form.rows.empty()) return {};
+  return form;
 }
 
 std::uint32_t numbers_of(JointType type) {

@@ -339,9 +339,97 @@ fn bodies_come_and_go() {
         40 => {
             ball(world, 0.3, 2.0, 0.4);
         }
-        90 => world.remove_body(BodyId { slot: 4 }).unwrap(),
+        90 => {
+            let mut contacts = Vec::new();
+            world.read_contacts(&mut contacts).unwrap();
+            let lies = contacts.iter().any(|it| it.a.slot.max(it.b.slot) == 4);
+            assert!(lies, "the ball is on the ground: {contacts:?}");
+            world.remove_body(BodyId { slot: 4 }).unwrap();
+        }
         _ => (),
     });
+}
+
+/// Two balls that something joins.
+fn pair(kind: JointKind) -> World {
+    let mut world = World::new(&WorldSettings::default()).unwrap();
+    ground(&mut world);
+    let (a, b) = (ball(&mut world, 0.1, 1.0, 0.5), ball(&mut world, 0.1, 2.0, 1.0));
+    join(&mut world, kind, (a, b), 0.2);
+    world.set_velocity(a, &Vector3::x(), &Vector3::new(1.0, 2.0, 3.0)).unwrap();
+    world
+}
+
+fn join(world: &mut World, kind: JointKind, (a, b): (BodyId, BodyId), tilt: f64) {
+    let at = |z| Isometry3::translation(0.0, 0.0, z);
+    let frame = at(0.75) * UnitQuaternion::from_euler_angles(tilt, 0.3, 0.1);
+    world.add_joint(&Joint::at(&frame, kind, (a, &at(0.5)), (b, &at(1.0)))).unwrap();
+}
+
+fn slider(stop: Stop) -> JointKind {
+    let linear = AxisSettings { stop, ..AxisSettings::limited(-0.1, 0.1) };
+    JointKind::Slider { linear, angular: AxisSettings::limited(-0.3, 0.3), held: stop }
+}
+
+/// What lanes keep of joints is made anew with another joint in the place of one.
+#[test]
+fn joints_are_replaced() {
+    let make = |_| pair(slider(Stop::BULLET));
+    compare("replaced", (3, 120), make, |i, n, world| {
+        if n == 60 {
+            world.remove_joint(JointId { slot: 0 }).unwrap();
+            let ends = (BodyId { slot: 1 }, BodyId { slot: 2 });
+            join(world, slider(Stop { erp: Some(0.5), ..Stop::BULLET }), ends, 1.0 + i as f64);
+        }
+    });
+}
+
+/// Groups of worlds that are built alike, but not of the same numbers, with one `Lockstep`.
+#[test]
+fn groups_take_turns() {
+    let soft = Stop { cfm: Some(1e-3), ..Stop::BULLET };
+    let make = |i: usize| pair(slider(if i < 2 { Stop::BULLET } else { soft }));
+    for instructions in available() {
+        let mut alone: Vec<World> = (0..4).map(make).collect();
+        let mut together: Vec<World> = (0..4).map(make).collect();
+        let mut lockstep = Lockstep::with(instructions).unwrap();
+        for n in 0..60 {
+            let (first, second) = together.split_at_mut(2);
+            step(&mut lockstep, first);
+            step(&mut lockstep, second);
+            for (i, world) in alone.iter_mut().enumerate() {
+                world.step().unwrap();
+                assert!(
+                    Readings::of(world).bits() == Readings::of(&together[i]).bits(),
+                    "{i}, {n}"
+                );
+            }
+        }
+    }
+}
+
+/// Angles for which three rotations are told in more than one way, and rows that nothing satisfies.
+#[test]
+fn joints_are_turned_all_the_way() {
+    let settings = WorldSettings { gravity: Vector3::zeros(), ..Default::default() };
+    let spring = Some(Spring { stiffness: 5.0, damping: 0.1, equilibrium: 0.0 });
+    let held = AxisSettings { spring, ..AxisSettings::limited(-0.5, 0.5) };
+    for axes in [[AxisSettings::free(); 6], [held; 6], [AxisSettings::locked(); 6]] {
+        for about in [Vector3::x(), Vector3::y(), Vector3::z()] {
+            let make = |i: usize| {
+                let mut world = World::new(&settings).unwrap();
+                let (a, b) = (ball(&mut world, 0.1, 1.0, 0.5), ball(&mut world, 0.1, 2.0, 1.0));
+                join(&mut world, JointKind::SixDofSpring(Box::new(axes)), (a, b), i as f64);
+                world
+            };
+            compare("turned", (2, 33), make, |_, n, world| {
+                let turn = UnitQuaternion::from_scaled_axis(about * (PI / 16.0 * n as f64));
+                let pose = Isometry3::from_parts(Translation3::new(0.0, 0.0, 1.0), turn);
+                world.set_pose(BodyId { slot: 1 }, &pose).unwrap();
+                world.set_velocity(BodyId { slot: 1 }, &Vector3::zeros(), &about).unwrap();
+            });
+        }
+    }
 }
 
 #[test]
