@@ -89,7 +89,7 @@ BodyId World::add_body(const BodySpec& spec) {
     body.setActivationState(DISABLE_DEACTIVATION);
   }
 
-  state.structure.clear();
+  state.restructure();
   state.bodies.push_back(std::move(entry));
   state.world.addRigidBody(&body, spec.group, spec.mask);
   ++shape.users;
@@ -110,7 +110,7 @@ void World::remove_body(BodyId id) {
   --state.shapes[entry.shape]->users;
   --state.live_bodies;
   state.bodies[id.slot].reset();
-  state.structure.clear();
+  state.restructure();
 }
 
 void World::set_pose(BodyId id, const Pose& pose) {

@@ -3,6 +3,10 @@
 
 #include <BulletCollision/BroadphaseCollision/btSimpleBroadphase.h>
 
+#include <cstddef>
+#include <utility>
+#include <vector>
+
 namespace itarl {
 
 // Not btDbvtBroadphase, Bullet's usual one: with its grown boxes and its tree of them, which pairs
@@ -10,31 +14,42 @@ namespace itarl {
 // memory is the order of the pairs; for one robot it's as quick.
 //
 // Bullet's own compares all boxes and asks the cache for each pair of bodies whether it has it. Most
-// are parts of one robot, which never collide and are never in the cache: they are passed over.
+// are parts of one robot, which never collide and are never in the cache: they are passed over. And
+// a plane's box is endless: what can only meet planes always overlaps, and needs no box.
 class Broadphase final : public btSimpleBroadphase {
  public:
   explicit Broadphase(int most_bodies) : btSimpleBroadphase(most_bodies) {}
 
-  void calculateOverlappingPairs(btDispatcher* dispatcher) override {
-    int last = -1;
-    for (int i = 0; i <= m_LastHandleIndex; ++i) {
-      btSimpleBroadphaseProxy* const a = &m_pHandles[i];
-      if (a->m_clientObject == nullptr) continue;
-      last = i;
-      for (int j = i + 1; j <= m_LastHandleIndex; ++j) {
-        btSimpleBroadphaseProxy* const b = &m_pHandles[j];
-        if (b->m_clientObject == nullptr) continue;
-        const bool collide = (a->m_collisionFilterGroup & b->m_collisionFilterMask) != 0 &&
-                             (b->m_collisionFilterGroup & a->m_collisionFilterMask) != 0;
-        if (!collide) continue;
-        const bool known = m_pairCache->findPair(a, b) != nullptr;
-        const bool overlap = aabbOverlap(a, b);
-        if (overlap && !known) m_pairCache->addOverlappingPair(a, b);
-        if (!overlap && known) m_pairCache->removeOverlappingPair(a, b, dispatcher);
-      }
-    }
-    m_LastHandleIndex = last;
+  btBroadphaseProxy* createProxy(const btVector3& lower, const btVector3& upper, int shape_type,
+                                 void* object, int group, int mask,
+                                 btDispatcher* dispatcher) override;
+  void destroyProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher) override;
+  void calculateOverlappingPairs(btDispatcher* dispatcher) override;
+
+  // Whether a body could meet another that isn't a plane.
+  bool needs_box(const btBroadphaseProxy& proxy) { return info_of(proxy).needs_box; }
+  bool is_plane(const btBroadphaseProxy& proxy) { return info_of(proxy).is_plane; }
+  // How far from its body's origin a shape goes at most; nothing of a plane.
+  btScalar reach(const btBroadphaseProxy& proxy) { return info_of(proxy).reach; }
+
+ private:
+  struct Info {
+    bool is_plane = false;
+    bool needs_box = false;
+    btScalar reach = 0;
+  };
+  // Brings what follows up to date with the bodies that there are.
+  void study();
+  const Info& info_of(const btBroadphaseProxy& proxy) {
+    study();
+    return info_[std::size_t(static_cast<const btSimpleBroadphaseProxy*>(&proxy) - m_pHandles)];
   }
+
+  bool is_known_ = false;
+  std::vector<Info> info_;  // by handle
+  // What may collide, in Bullet's order; and whether one of each pair is a plane.
+  std::vector<std::pair<btSimpleBroadphaseProxy*, btSimpleBroadphaseProxy*>> pairs_;
+  bool all_with_planes_ = false;
 };
 
 }  // namespace itarl

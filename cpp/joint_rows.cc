@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "cut.h"
+#include "pausing.h"
 
 namespace itarl {
 
@@ -57,16 +57,35 @@ bool has_same_jacobian(const btSolverConstraint& a, const btSolverConstraint& b)
 
 }  // namespace
 
-void CutSolver::convertJoints(btTypedConstraint** constraints, int count,
+void PausingSolver::convertJoints(btTypedConstraint** constraints, int count,
                               const btContactSolverInfo& info) {
+  left_out_.assign(std::size_t(count), false);
+  leaves_any_out_ = false;
   if (!pauses_ || !has_known_arithmetic()) {
     btSequentialImpulseConstraintSolver::convertJoints(constraints, count, info);
     return;
   }
+  for (int i = 0; i < count; ++i) {
+    const auto joint = std::size_t(constraints[i]->getUserConstraintId());
+    if (is_observed()) break;  // an observer looks at all of them
+    if (joint >= in_lanes_.size() || !in_lanes_[joint] || !constraints[i]->isEnabled()) continue;
+    left_out_[std::size_t(i)] = true;
+    leaves_any_out_ = true;
+  }
+  prepare_joints(constraints, count, info);
+}
+
+// Of all joints whose rows aren't left out.
+void PausingSolver::prepare_joints(btTypedConstraint** constraints, int count,
+                               const btContactSolverInfo& info) {
   m_tmpConstraintSizesPool.resizeNoInitialize(count);
   int total = 0;
   for (int i = 0; i < count; ++i) {
     btTypedConstraint& constraint = *constraints[i];
+    btTypedConstraint::btConstraintInfo1& size = m_tmpConstraintSizesPool[i];
+    size.m_numConstraintRows = 0;
+    size.nub = 0;
+    if (is_left_out(i)) continue;
     constraint.buildJacobian();
     constraint.internalSetAppliedImpulse(0);
     if (btJointFeedback* const feedback = constraint.getJointFeedback()) {
@@ -75,9 +94,6 @@ void CutSolver::convertJoints(btTypedConstraint** constraints, int count,
       feedback->m_appliedForceBodyB.setZero();
       feedback->m_appliedTorqueBodyB.setZero();
     }
-    btTypedConstraint::btConstraintInfo1& size = m_tmpConstraintSizesPool[i];
-    size.m_numConstraintRows = 0;
-    size.nub = 0;
     if (constraint.isEnabled()) constraint.getInfo1(&size);
     total += size.m_numConstraintRows;
   }
@@ -90,7 +106,18 @@ void CutSolver::convertJoints(btTypedConstraint** constraints, int count,
   }
 }
 
-void CutSolver::make_rows(btTypedConstraint& constraint, int first, int count,
+// With the rows that were left out. Nothing has moved since, so that they're what they would have
+// been; and the order of the pool's rows is Bullet's.
+void PausingSolver::make_all_rows(const btContactSolverInfo& info) {
+  left_out_.assign(left_out_.size(), false);
+  leaves_any_out_ = false;
+  prepare_joints(constraints_.data(), int(constraints_.size()), info);
+  const int total = m_tmpSolverNonContactConstraintPool.size();
+  m_orderNonContactConstraintPool.resizeNoInitialize(total);
+  for (int i = 0; i < total; ++i) m_orderNonContactConstraintPool[i] = i;
+}
+
+void PausingSolver::make_rows(btTypedConstraint& constraint, int first, int count,
                           const btContactSolverInfo& info) {
   const int a = getOrInitSolverBody(constraint.getRigidBodyA(), info.m_timeStep);
   const int b = getOrInitSolverBody(constraint.getRigidBodyB(), info.m_timeStep);
@@ -159,7 +186,7 @@ void CutSolver::make_rows(btTypedConstraint& constraint, int first, int count,
 }
 
 // As writeBackJoints, but for terms that are zero; sums that begin at +0 don't notice those.
-void CutSolver::report_joints() {
+void PausingSolver::report_joints() {
   const btScalar per_second = btScalar(1) / info_->m_timeStep;
   const auto add = [per_second](btVector3& to, const btVector3& direction, btScalar impulse) {
     store(to, load(to) + load(direction) * impulse * per_second);

@@ -247,18 +247,28 @@ int only_rotation(JointKind kind) {
   return kind == JointKind::Hinge ? 2 : kind == JointKind::Slider ? 0 : -1;
 }
 
-// Of the child's frame `b` in the parent's frame `a`: the one rotation, from the frames' axes p and q
-// that follow the joint's axis; or the three rotations z, y', x''.
-std::array<double, 3> angles_of(JointKind kind, const btMatrix3x3& a, const btMatrix3x3& b) {
-  const int axis = only_rotation(kind);
+// Of the matrix a * b.
+btVector3 column_of(const btMatrix3x3& a, const btMatrix3x3& b, int i) {
+  const btVector3 column = b.getColumn(i);
+  return btVector3(column.dot(a[0]), column.dot(a[1]), column.dot(a[2]));
+}
+
+// Of the child's frame in the parent's frame, by the bodies' rotations: the one rotation, from the
+// frames' axes p and q that follow the joint's axis; or the three rotations z, y', x''.
+std::array<double, 3> angles_of(const JointEntry& entry, const btMatrix3x3& parent,
+                                const btMatrix3x3& child) {
+  const btMatrix3x3& in_parent = entry.frame_in_parent.getBasis();
+  const btMatrix3x3& in_child = entry.frame_in_child.getBasis();
+  const int axis = only_rotation(entry.kind);
   std::array<double, 3> angles{};
   if (axis >= 0) {
-    const btVector3 p = a.getColumn((axis + 1) % 3);
-    const btVector3 q = a.getColumn((axis + 2) % 3);
-    const btVector3 turned = b.getColumn((axis + 1) % 3);
+    const btVector3 p = column_of(parent, in_parent, (axis + 1) % 3);
+    const btVector3 q = column_of(parent, in_parent, (axis + 2) % 3);
+    const btVector3 turned = column_of(child, in_child, (axis + 1) % 3);
     angles[std::size_t(axis)] = btAtan2(turned.dot(q), turned.dot(p));
   } else {
     btVector3 minus;
+    const btMatrix3x3 a = parent * in_parent, b = child * in_child;
     btGeneric6DofSpring2Constraint::matrixToEulerXYZ(a.inverse() * b, minus);
     for (int i = 0; i < 3; ++i) angles[std::size_t(i)] = negated(minus[i]);
   }
@@ -296,7 +306,8 @@ JointState read_joint(const JointEntry& entry) {
 
   const btMatrix3x3 &from = a.getBasis(), &turned = b.getBasis();
   const btVector3 spin = child.getAngularVelocity() - parent.getAngularVelocity();
-  const std::array<double, 3> angles = angles_of(entry.kind, from, turned);
+  const std::array<double, 3> angles = angles_of(entry, parent.getWorldTransform().getBasis(),
+                                                 child.getWorldTransform().getBasis());
   const int axis = only_rotation(entry.kind);
   const btVector3 rates = axis < 0 ? rates_of(from, turned, spin) : btVector3(0, 0, 0);
   for (int i = 0; i < 3; ++i) {
@@ -373,8 +384,11 @@ JointId World::add_joint(const JointSpec& spec) {
   }
   entry->joint->setJointFeedback(&entry->feedback);
   entry->joint->setUserConstraintId(static_cast<int>(state.joints.size()));
+  entry->form = lockstep::form_of(*entry->joint, spec.kind, state.world.getSolverInfo());
+  state.solver.leave_out(state.joints.size(),
+                         entry->form.type.kind() != lockstep::JointType::FromPools);
 
-  state.structure.clear();
+  state.restructure();
   state.joints.push_back(std::move(entry));
   state.world.addConstraint(state.joints.back()->joint.get(), !spec.collide_connected);
   if (!spec.collide_connected) forget_contacts(state, a, b);
@@ -392,7 +406,7 @@ void World::remove_joint(JointId id) {
   --entry.parent->joints;
   --entry.child->joints;
   state.joints[id.slot].reset();
-  state.structure.clear();
+  state.restructure();
 }
 
 void World::set_motors(rust::Slice<const MotorCommand> commands) {
@@ -453,10 +467,8 @@ void World::read_angles_of(rust::Slice<const JointId> ids, rust::Slice<double> o
       state_->joint(call, "ids[" + std::to_string(i) + "]", ids[i]);
     }
     const JointEntry& entry = *joints[ids[i].slot];
-    const btTransform& parent = entry.parent->body->getWorldTransform();
-    const btTransform& child = entry.child->body->getWorldTransform();
-    const auto angles = angles_of(entry.kind, parent.getBasis() * entry.frame_in_parent.getBasis(),
-                                  child.getBasis() * entry.frame_in_child.getBasis());
+    const auto angles = angles_of(entry, entry.parent->body->getWorldTransform().getBasis(),
+                                  entry.child->body->getWorldTransform().getBasis());
     std::copy(angles.begin(), angles.end(), out.begin() + std::ptrdiff_t(3 * i));
   }
 }

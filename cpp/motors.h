@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bullet/src/bridge.rs.h"
-#include "cut.h"
+#include "pausing.h"
 
 namespace itarl {
 

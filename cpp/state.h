@@ -12,8 +12,9 @@
 #include "bullet/src/bridge.rs.h"
 #include "broadphase.h"
 #include "checks.h"
-#include "cut.h"
 #include "motors.h"
+#include "pausing.h"
+#include "lockstep/joint_form.h"
 
 namespace itarl {
 
@@ -57,7 +58,8 @@ struct JointEntry {
   BodyEntry* child = nullptr;
   std::array<bool, 6> has_motor{};
   std::string axes;  // a letter for each: what rows the solver has for it
-  btJointFeedback feedback{};
+  lockstep::JointForm form;
+  btJointFeedback feedback{};  // of which body B's part is read
   MotorState motors{};  // of the last step, if that was measured
 };
 
@@ -70,13 +72,13 @@ struct State {
   btDefaultCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher;
   Broadphase broadphase;
-  CutSolver solver;
+  PausingSolver solver;
   // Slots are never used again; an empty pointer is a removed entry.
   std::vector<std::unique_ptr<ShapeEntry>> shapes;
   std::vector<std::unique_ptr<BodyEntry>> bodies;
   std::vector<std::unique_ptr<JointEntry>> joints;
   MotorMeter motors{joints};
-  CutWorld world;
+  PausingWorld world;
 
   btScalar time_step;
   bool sleeping;
@@ -89,6 +91,14 @@ struct State {
   std::vector<std::uint8_t> snapshot;  // the buffer behind encode_state
   // Of lockstep/structure.h; empty until someone asks, and when bodies or joints come and go.
   mutable std::vector<std::uint64_t> structure;
+  // Another one after bodies or joints came or went: copies of what they're made of are good as long
+  // as it's the same.
+  std::shared_ptr<const int> build = std::make_shared<int>();
+
+  void restructure() {
+    structure.clear();
+    build = std::make_shared<int>();
+  }
 
   // Before each step, whoever makes it.
   void begin_step();

@@ -74,7 +74,7 @@ class World {
   void step();
   std::uint64_t steps() const noexcept;
 
-  // For lockstep/group.cc.
+  // For lockstep/lockstep.cc.
   State& state() noexcept { return *state_; }
 
   // snapshot.cc

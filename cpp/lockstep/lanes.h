@@ -14,6 +14,10 @@
 //            a, or the bound b where a is beyond it; a itself where both are zeros or a is not a
 //            number, as in  a < b ? b : a
 //   unless   a where c is the same as d, else b
+//   all      a number in every lane
+//   root, magnitude
+//   less_or_same, both, either, opposite
+//            of masks, and more of them
 #pragma once
 
 #ifdef __SSE2__
@@ -45,6 +49,13 @@ struct Lanes<S, 1> {
   static bool any(V a) { return a != 0; }
   static V larger(V a, V b) { return std::fabs(a) > b ? std::fabs(a) : b; }
   static std::uint32_t bits(Mask mask) { return mask; }
+  static V all(S s) { return s; }
+  static V root(V a) { return std::sqrt(a); }
+  static V magnitude(V a) { return std::fabs(a); }
+  static Mask less_or_same(V a, V b) { return a <= b; }
+  static Mask both(Mask a, Mask b) { return a && b; }
+  static Mask either(Mask a, Mask b) { return a || b; }
+  static Mask opposite(Mask a) { return !a; }
 };
 
 #ifdef __SSE2__
@@ -67,6 +78,13 @@ struct Lanes<float, 4> {
   static bool any(V a) { return _mm_movemask_ps(_mm_cmpneq_ps(a, zero())) != 0; }
   static V larger(V a, V b) { return _mm_max_ps(_mm_andnot_ps(_mm_set1_ps(-0.f), a), b); }
   static std::uint32_t bits(Mask mask) { return std::uint32_t(_mm_movemask_ps(mask)); }
+  static V all(float s) { return _mm_set1_ps(s); }
+  static V root(V a) { return _mm_sqrt_ps(a); }
+  static V magnitude(V a) { return _mm_andnot_ps(_mm_set1_ps(-0.f), a); }
+  static Mask less_or_same(V a, V b) { return _mm_cmple_ps(a, b); }
+  static Mask both(Mask a, Mask b) { return _mm_and_ps(a, b); }
+  static Mask either(Mask a, Mask b) { return _mm_or_ps(a, b); }
+  static Mask opposite(Mask a) { return _mm_xor_ps(a, _mm_cmpeq_ps(zero(), zero())); }
 };
 template <>
 struct Lanes<double, 2> {
@@ -87,6 +105,13 @@ struct Lanes<double, 2> {
   static bool any(V a) { return _mm_movemask_pd(_mm_cmpneq_pd(a, zero())) != 0; }
   static V larger(V a, V b) { return _mm_max_pd(_mm_andnot_pd(_mm_set1_pd(-0.), a), b); }
   static std::uint32_t bits(Mask mask) { return std::uint32_t(_mm_movemask_pd(mask)); }
+  static V all(double s) { return _mm_set1_pd(s); }
+  static V root(V a) { return _mm_sqrt_pd(a); }
+  static V magnitude(V a) { return _mm_andnot_pd(_mm_set1_pd(-0.), a); }
+  static Mask less_or_same(V a, V b) { return _mm_cmple_pd(a, b); }
+  static Mask both(Mask a, Mask b) { return _mm_and_pd(a, b); }
+  static Mask either(Mask a, Mask b) { return _mm_or_pd(a, b); }
+  static Mask opposite(Mask a) { return _mm_xor_pd(a, _mm_cmpeq_pd(zero(), zero())); }
 };
 #endif
 
@@ -108,6 +133,13 @@ struct Lanes<float, 8> {
   static bool any(V a) { return _mm256_movemask_ps(_mm256_cmp_ps(a, zero(), _CMP_NEQ_UQ)) != 0; }
   static V larger(V a, V b) { return _mm256_max_ps(_mm256_andnot_ps(_mm256_set1_ps(-0.f), a), b); }
   static std::uint32_t bits(Mask mask) { return std::uint32_t(_mm256_movemask_ps(mask)); }
+  static V all(float s) { return _mm256_set1_ps(s); }
+  static V root(V a) { return _mm256_sqrt_ps(a); }
+  static V magnitude(V a) { return _mm256_andnot_ps(_mm256_set1_ps(-0.f), a); }
+  static Mask less_or_same(V a, V b) { return _mm256_cmp_ps(a, b, _CMP_LE_OQ); }
+  static Mask both(Mask a, Mask b) { return _mm256_and_ps(a, b); }
+  static Mask either(Mask a, Mask b) { return _mm256_or_ps(a, b); }
+  static Mask opposite(Mask a) { return _mm256_xor_ps(a, _mm256_cmp_ps(zero(), zero(), _CMP_EQ_OQ)); }
 };
 template <>
 struct Lanes<double, 4> {
@@ -126,6 +158,13 @@ struct Lanes<double, 4> {
   static bool any(V a) { return _mm256_movemask_pd(_mm256_cmp_pd(a, zero(), _CMP_NEQ_UQ)) != 0; }
   static V larger(V a, V b) { return _mm256_max_pd(_mm256_andnot_pd(_mm256_set1_pd(-0.), a), b); }
   static std::uint32_t bits(Mask mask) { return std::uint32_t(_mm256_movemask_pd(mask)); }
+  static V all(double s) { return _mm256_set1_pd(s); }
+  static V root(V a) { return _mm256_sqrt_pd(a); }
+  static V magnitude(V a) { return _mm256_andnot_pd(_mm256_set1_pd(-0.), a); }
+  static Mask less_or_same(V a, V b) { return _mm256_cmp_pd(a, b, _CMP_LE_OQ); }
+  static Mask both(Mask a, Mask b) { return _mm256_and_pd(a, b); }
+  static Mask either(Mask a, Mask b) { return _mm256_or_pd(a, b); }
+  static Mask opposite(Mask a) { return _mm256_xor_pd(a, _mm256_cmp_pd(zero(), zero(), _CMP_EQ_OQ)); }
 };
 #endif
 
@@ -147,6 +186,13 @@ struct Lanes<float, 16> {
   static bool any(V a) { return _mm512_cmp_ps_mask(a, zero(), _CMP_NEQ_UQ) != 0; }
   static V larger(V a, V b) { return _mm512_max_ps(_mm512_abs_ps(a), b); }
   static std::uint32_t bits(Mask mask) { return mask; }
+  static V all(float s) { return _mm512_set1_ps(s); }
+  static V root(V a) { return _mm512_sqrt_ps(a); }
+  static V magnitude(V a) { return _mm512_abs_ps(a); }
+  static Mask less_or_same(V a, V b) { return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ); }
+  static Mask both(Mask a, Mask b) { return Mask(a & b); }
+  static Mask either(Mask a, Mask b) { return Mask(a | b); }
+  static Mask opposite(Mask a) { return Mask(~a); }
 };
 template <>
 struct Lanes<double, 8> {
@@ -165,6 +211,13 @@ struct Lanes<double, 8> {
   static bool any(V a) { return _mm512_cmp_pd_mask(a, zero(), _CMP_NEQ_UQ) != 0; }
   static V larger(V a, V b) { return _mm512_max_pd(_mm512_abs_pd(a), b); }
   static std::uint32_t bits(Mask mask) { return mask; }
+  static V all(double s) { return _mm512_set1_pd(s); }
+  static V root(V a) { return _mm512_sqrt_pd(a); }
+  static V magnitude(V a) { return _mm512_abs_pd(a); }
+  static Mask less_or_same(V a, V b) { return _mm512_cmp_pd_mask(a, b, _CMP_LE_OQ); }
+  static Mask both(Mask a, Mask b) { return Mask(a & b); }
+  static Mask either(Mask a, Mask b) { return Mask(a | b); }
+  static Mask opposite(Mask a) { return Mask(~a); }
 };
 #endif
 

@@ -91,9 +91,11 @@ void Layout::settle() {
 
 void Layout::list_rows() {
   placed_.clear();
+  first_rows_.clear();
   // The targets of a run must fit into their part of a page.
   const std::uint32_t longest = page_part(lanes_) / target_block(Kind::Angular);
   for (std::uint32_t joint = 0; joint < forms_.size(); ++joint) {
+    first_rows_.push_back(std::uint32_t(placed_.size()));
     bool shares = false;  // whether a row could share with the one before
     std::uint32_t length = 0;  // of the run so far
     for (std::uint32_t i = 0; i < forms_[joint].size(); ++i) {
@@ -135,6 +137,13 @@ void Layout::list_rows() {
   }
   for (std::uint32_t contact = 0; contact < contacts_.size() && !interleaved_; ++contact) {
     frictions(contact);
+  }
+  pool_rows_.clear();
+  for (std::uint32_t i = 0; i < placed_.size(); ++i) {
+    const bool of_lanes =
+        i < joint_row_count_ &&
+        signature_.joints[placed_[i].owner].type.kind() != JointType::FromPools;
+    if (!of_lanes) pool_rows_.push_back(i);
   }
 }
 

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "lockstep/tasks.h"
 #include "lockstep/rows.h"
 #include "lockstep/schedule.h"
 
@@ -19,8 +20,9 @@ namespace itarl::lockstep {
 struct JointKey {
   std::uint32_t joint;  // its slot in the world
   std::uint32_t a, b;   // kNoBody for what doesn't move
+  JointType type;       // whose rows lanes make
   bool operator==(const JointKey& other) const {
-    return joint == other.joint && a == other.a && b == other.b;
+    return joint == other.joint && a == other.a && b == other.b && type == other.type;
   }
 };
 struct ContactKey {
@@ -37,33 +39,6 @@ struct Signature {
   bool operator==(const Signature& other) const {
     return structure == other.structure && joints == other.joints && contacts == other.contacts;
   }
-};
-
-// What is special about a joint's row.
-struct Form {
-  bool angular = true;  // n1 = n2 = 0, r2 = -r1, cfm = 0
-  bool full = true;     // n2 = -n1, cfm = 0
-  bool free = true;     // no limits
-  bool shares = true;   // r1 of the row before it
-  bool operator==(const Form& other) const {
-    return angular == other.angular && full == other.full && free == other.free &&
-           shares == other.shares;
-  }
-  Form operator&(const Form& other) const {
-    return {angular && other.angular, full && other.full, free && other.free,
-            shares && other.shares};
-  }
-};
-
-// A row as packing sees it.
-struct PlacedRow {
-  Kind kind;
-  std::uint32_t owner;        // index of its joint, or of its contact
-  std::uint32_t part;         // number in its joint; 0 for a contact, else 1 + which friction row
-  std::uint32_t jacobian;     // places, as in Row
-  std::uint32_t target;
-  std::uint32_t applied;
-  bool shares;                // the Jacobian of the row before it
 };
 
 class Layout {
@@ -83,12 +58,19 @@ class Layout {
   Form form(const PlacedRow& row) const { return forms_[row.owner][row.part]; }
   void set_form(const PlacedRow& row, Form form);
 
+  // The worlds, by a number, whose forms of rows that lanes make were set last: they don't change.
+  std::uint64_t fitted_to = 0;
+
   // Brings places and order up to date after the above.
   void settle();
 
   // In Bullet's order: rows of joints, then of contacts.
   const std::vector<PlacedRow>& rows() const { return placed_; }
   std::size_t joint_row_count() const { return joint_row_count_; }
+  // Those of them that Bullet makes.
+  const std::vector<std::uint32_t>& pool_rows() const { return pool_rows_; }
+  // Of a joint, among rows().
+  std::uint32_t first_row(std::uint32_t joint) const { return first_rows_[joint]; }
   // The rows to sweep, without contacts that no world has: `contacts` is their number by body.
   void rows_in_order(const std::vector<std::uint32_t>& contacts, std::vector<Row>& out) const;
 
@@ -128,6 +110,8 @@ class Layout {
   std::vector<Slot> contacts_;
   std::vector<PlacedRow> placed_;
   std::size_t joint_row_count_ = 0;
+  std::vector<std::uint32_t> first_rows_;  // by joint
+  std::vector<std::uint32_t> pool_rows_;
   std::vector<Row> ordered_;
   // Rows of placed_ that are swept in one go.
   struct Run {

@@ -1,15 +1,12 @@
 #include "lockstep/packing.h"
 
-#ifdef __SSE2__
-#include <immintrin.h>
-#endif
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
 
+#include "lockstep/vectors.h"
 #include "state.h"
 
 namespace itarl::lockstep {
@@ -36,36 +33,13 @@ const btSolverBody& no_body() {
   return *reinterpret_cast<const btSolverBody*>(zeros.data());
 }
 
-// Four numbers of each world become one vector for each number.
-template <int W, typename Source>
-inline void transpose(const std::array<Scalar*, 4>& to, Source source) {
-#if defined(__SSE2__) && !defined(ITARL_FLOAT64)
-  if constexpr (W % 4 == 0) {
-    for (int lane = 0; lane < W; lane += 4) {
-      __m128 a = _mm_loadu_ps(source(lane)), b = _mm_loadu_ps(source(lane + 1));
-      __m128 c = _mm_loadu_ps(source(lane + 2)), d = _mm_loadu_ps(source(lane + 3));
-      _MM_TRANSPOSE4_PS(a, b, c, d);
-      _mm_store_ps(to[0] + lane, a);
-      _mm_store_ps(to[1] + lane, b);
-      _mm_store_ps(to[2] + lane, c);
-      _mm_store_ps(to[3] + lane, d);
-    }
-    return;
-  }
-#endif
-  for (int lane = 0; lane < W; ++lane) {
-    const Scalar* const from = source(lane);
-    for (std::size_t i = 0; i < 4; ++i) to[i][lane] = from[i];
-  }
-}
-
 // One row of the layout, as each world has it.
 template <int W>
 struct Rows {
   std::array<const btSolverConstraint*, W> in;
   std::array<bool, W> moves_first;  // for rows with one moving body: whether it's the first of two
 
-  Rows(const std::vector<Lane*>& lanes, std::size_t index, bool of_contact) {
+  Rows(const std::vector<WorldRows*>& lanes, std::size_t index, bool of_contact) {
     in.fill(&no_row());
     moves_first.fill(true);
     for (std::size_t lane = 0; lane < lanes.size(); ++lane) {
@@ -150,12 +124,13 @@ class Writer {
 
 }  // namespace
 
-void Packing::pack(Layout& layout, std::vector<Lane*>& lanes, int width) {
+void Packing::pack(Layout& layout, std::vector<WorldRows*>& lanes, const SweepChoice& choice) {
   layout_ = &layout;
   lanes_ = lanes;
-  width_ = width;
+  width_ = choice.lanes;
   make_room(layout);
-  switch (width) {
+  group_ = numbers_.enter(lanes_, width_);
+  switch (width_) {
     case 16:
       pack_lanes<16>(layout);
       break;
@@ -171,13 +146,16 @@ void Packing::pack(Layout& layout, std::vector<Lane*>& lanes, int width) {
     default:
       pack_lanes<1>(layout);
   }
+  numbers_.gather(layout);
+  joints_ = &numbers_.task(layout, values_, largest_k_.data());
+  choice.make_rows(*joints_);
   layout.rows_in_order(contacts_now_, rows_);
 }
 
 // For as many rows of joints and contacts as the worlds have now.
 void Packing::make_room(Layout& layout) {
   contacts_now_.assign(layout.body_count(), 0);
-  for (const Lane* lane : lanes_) {
+  for (const WorldRows* lane : lanes_) {
     for (std::uint32_t i = 0; i < lane->signature().joints.size(); ++i) {
       layout.need_rows(i, lane->rows(i));
     }
@@ -194,13 +172,10 @@ template <int W>
 void Packing::pack_lanes(Layout& layout) {
   do {  // a row that turns out to be less special than it was moves the others
     layout.settle();
-    for (Lane* lane : lanes_) lane->assign_rows(layout);
+    for (WorldRows* lane : lanes_) lane->assign_rows(layout);
   } while (!fit_forms(layout));
-  constexpr std::size_t kPage = 4096;
-  const std::size_t needed = std::size_t(layout.size()) * W + kPage;
-  if (storage_.size() < needed) storage_.resize(needed);
-  const auto address = reinterpret_cast<std::uintptr_t>(storage_.data());
-  values_ = storage_.data() + (kPage - address % kPage) % kPage / sizeof(Scalar);
+  storage_.make_room(std::size_t(layout.size()) * W);
+  values_ = storage_.begin();
   pack_rows<W>(layout);
   pack_bodies<W>(layout);
 }
@@ -208,24 +183,31 @@ void Packing::pack_lanes(Layout& layout) {
 // False if a row's form had to be corrected.
 bool Packing::fit_forms(Layout& layout) const {
   bool fits = true;
-  for (std::size_t i = 0; i < layout.joint_row_count(); ++i) {
-    const PlacedRow& row = layout.rows()[i];
+  const auto fit = [&](const PlacedRow& row) {
     const Form before = layout.form(row);
     Form form = before;
-    for (const Lane* lane : lanes_) {
-      if (lane->row(i) != nullptr) form = form & lane->form(row.owner, row.part);
+    for (const WorldRows* lane : lanes_) {
+      if (row.part < lane->rows(row.owner)) form = form & lane->form(row.owner, row.part);
     }
-    if (form == before) continue;
+    if (form == before) return;
     layout.set_form(row, form);
     fits = false;
+  };
+  if (layout.fitted_to == group_) {
+    for (const std::uint32_t i : layout.pool_rows()) {
+      if (i < layout.joint_row_count()) fit(layout.rows()[i]);
+    }
+  } else {
+    for (std::size_t i = 0; i < layout.joint_row_count(); ++i) fit(layout.rows()[i]);
+    layout.fitted_to = group_;
   }
   return fits;
 }
 
 template <int W>
 void Packing::pack_rows(const Layout& layout) {
-  largest_k_.assign(W, 0);
-  for (std::size_t i = 0; i < layout.rows().size(); ++i) {
+  largest_k_.fill(0);
+  for (const std::uint32_t i : layout.pool_rows()) {
     const PlacedRow& row = layout.rows()[i];
     const Rows<W> rows(lanes_, i, i >= layout.joint_row_count());
     Writer<W> writer(values_, row, rows);
@@ -261,20 +243,21 @@ void Packing::pack_bodies(const Layout& layout) {
       to[int(kInverseMass) * W + lane] = from[std::size_t(lane)]->internalGetInvMass().x();
     }
   }
-  // A residual is |delta| / k. Its square isn't 0 if it is at least the square root of the smallest
-  // number there is; a factor of 2^4 covers the rounding.
-  const int exponent = (std::numeric_limits<Scalar>::min_exponent -
-                        std::numeric_limits<Scalar>::digits) / 2 + 4;
-  for (int lane = 0; lane < W; ++lane) {
-    floors_[std::size_t(lane)] = std::ldexp(largest_k_[std::size_t(lane)], exponent);
-  }
 }
 
 Sweep Packing::sweep(int iterations) {
+  // A residual is |delta| / k. Its square isn't 0 if it is at least the square root of the smallest
+  // number there is; a factor of 2^4 covers the rounding.
+  const int exponent =
+      (std::numeric_limits<Scalar>::min_exponent - std::numeric_limits<Scalar>::digits) / 2 + 4;
+  for (int lane = 0; lane < width_; ++lane) {
+    floors_[std::size_t(lane)] = std::ldexp(largest_k_[std::size_t(lane)], exponent);
+  }
   return {rows_.data(), rows_.data() + rows_.size(), values_, iterations, floors_.data(), 0};
 }
 
-std::uint32_t Packing::unfinished() const {
+std::uint32_t Packing::not_finite(const SweepChoice& choice) {
+  choice.report(*joints_);
   // x * 0 is 0 if x is finite, and nothing else.
   std::array<Scalar, 16> sums{};
   const auto width = std::size_t(width_);
@@ -286,22 +269,38 @@ std::uint32_t Packing::unfinished() const {
     for (std::uint32_t i = 0; i < kInverseMass; ++i) add(layout_->body_place(body) + i);
   }
   for (const PlacedRow& row : layout_->rows()) add(row.applied);
-  std::uint32_t bits = 0;
+  std::uint32_t bits = joints_->extreme;
   for (std::size_t lane = 0; lane < lanes_.size(); ++lane) {
     if (!(sums[lane] == 0)) bits |= std::uint32_t{1} << lane;
   }
   return bits;
 }
 
-void Packing::unpack(std::uint32_t lane) {
-  const Lane& to = *lanes_[lane];
+void Packing::unpack(const SweepChoice& choice, std::uint32_t lanes) {
+  std::uint32_t moving = 0;
+  for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
+    if ((lanes >> i & 1) == 0) continue;
+    if (lanes_[i]->can_move()) {
+      moving |= std::uint32_t{1} << i;
+      lanes_[i]->set_moved();
+    }
+    unpack_pools(i);
+  }
+  numbers_.report(lanes);
+  if (moving == 0) return;
+  choice.move(numbers_.moves(*layout_, values_));
+  numbers_.move(moving);
+}
+
+void Packing::unpack_pools(std::uint32_t lane) {
+  const WorldRows& to = *lanes_[lane];
   const auto value = [&](std::uint32_t vector) {
     return values_[std::size_t(vector) * std::size_t(width_) + lane];
   };
-  const std::vector<PlacedRow>& rows = layout_->rows();
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (to.row(i) != nullptr) to.row(i)->m_appliedImpulse = value(rows[i].applied);
+  for (const std::uint32_t i : layout_->pool_rows()) {
+    if (to.row(i) != nullptr) to.row(i)->m_appliedImpulse = value(layout_->rows()[i].applied);
   }
+  if (to.is_moved()) return;
   for (std::uint32_t body = 0; body < layout_->body_count(); ++body) {
     btSolverBody* const pool = to.body(body);
     if (pool == nullptr) continue;

@@ -26,7 +26,7 @@ enum class Kind : std::uint8_t {
   FullFree,     // n2 = -n1, cfm = 0, no limits: one row, or more of a joint
   Full,         // the same with limits
   General,      // anything
-  Contact,      // one moving body; the impulse is at least 0
+  Contact,      // one moving body; the impulse is at least 0; from here on rows of contacts
   Friction,     // one moving body; limits follow the contact's impulse
   PairContact,  // two moving bodies
   PairFriction,
@@ -87,10 +87,38 @@ inline constexpr std::uint32_t target_block(Kind kind) {
   }
 }
 
+// What is special about a joint's row.
+struct Form {
+  bool angular = true;  // n1 = n2 = 0, r2 = -r1, cfm = 0
+  bool full = true;     // n2 = -n1, cfm = 0
+  bool free = true;     // no limits
+  bool shares = true;   // r1 of the row before it
+  bool operator==(const Form& other) const {
+    return angular == other.angular && full == other.full && free == other.free &&
+           shares == other.shares;
+  }
+  Form operator&(const Form& other) const {
+    return {angular && other.angular, full && other.full, free && other.free,
+            shares && other.shares};
+  }
+};
+
+// A row as packing sees it.
+struct PlacedRow {
+  Kind kind;
+  std::uint32_t owner;        // index of its joint, or of its contact
+  std::uint32_t part;         // number in its joint; 0 for a contact, else 1 + which friction row
+  std::uint32_t jacobian;     // places, as in Row
+  std::uint32_t target;
+  std::uint32_t applied;
+  bool shares;                // the Jacobian of the row before it
+};
+
 inline constexpr bool is_angular(Kind kind) {
   return kind == Kind::AngularFree || kind == Kind::Angular;
 }
 inline constexpr bool is_full(Kind kind) { return kind == Kind::FullFree || kind == Kind::Full; }
+inline constexpr bool is_contact(Kind kind) { return kind >= Kind::Contact; }
 inline constexpr bool is_friction(Kind kind) {
   return kind == Kind::Friction || kind == Kind::PairFriction;
 }

@@ -3,15 +3,10 @@
 
 #include <cstdint>
 
+#include "lockstep/tasks.h"
 #include "lockstep/rows.h"
 
 namespace itarl::lockstep {
-
-#ifdef ITARL_FLOAT64
-using Scalar = double;
-#else
-using Scalar = float;
-#endif
 
 // Whether rows of a joint that all act are swept in one go. That saves reading and writing
 // velocities, which counts where vectors are wide; with few lanes it pays more to fill the waits in
@@ -28,7 +23,7 @@ struct Sweep {
   const Scalar* residual_floor;
   // Set: bit i if lane i had an iteration whose deltas were neither all 0, after which nothing
   // changes any more, nor surely above the floor. Bullet may have stopped there.
-  std::uint32_t doubtful;
+  std::uint32_t maybe_converged;
 };
 
 using SweepFunction = void (*)(Sweep&);
@@ -44,6 +39,9 @@ bool is_supported(Instructions instructions);
 struct SweepChoice {
   int lanes;
   SweepFunction run;
+  JointFunction make_rows, report;
+  MoveFunction move;
+  GyroscopicFunction gyrate;
 };
 
 // The narrowest one with room for `worlds`, or the widest there is.

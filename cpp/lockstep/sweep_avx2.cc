@@ -1,9 +1,18 @@
 // The sweep for processors with AVX2.
 #define ITARL_INSTRUCTIONS avx2
+#include "lockstep/joint_rows.inc"
+#include "lockstep/gyroscopic.inc"
 #include "lockstep/sweep.inc"
 
 namespace itarl::lockstep {
 
-void sweep_avx2(Sweep& task) { avx2::sweep<avx2::Lanes<Scalar, 32 / sizeof(Scalar)>>(task); }
+namespace {
+using Widest = avx2::Lanes<Scalar, 32 / sizeof(Scalar)>;
+}
+
+extern const SweepChoice kChoiceAvx2;
+const SweepChoice kChoiceAvx2{Widest::kWidth, avx2::sweep<Widest>, avx2::make_rows<Widest>,
+                              avx2::report<Widest>, avx2::move<Widest>,
+                              avx2::gyrate<Widest>};
 
 }  // namespace itarl::lockstep

@@ -1,17 +1,25 @@
 // Sweeps for any processor of the target, and the choice of one when running.
 #define ITARL_INSTRUCTIONS plain
+#include "lockstep/joint_rows.inc"
+#include "lockstep/gyroscopic.inc"
 #include "lockstep/sweep.inc"
 
 namespace itarl::lockstep {
 
 #ifdef __x86_64__
-void sweep_avx2(Sweep& sweep);
-void sweep_avx512(Sweep& sweep);
+extern const SweepChoice kChoiceAvx2, kChoiceAvx512;
 #endif
 
 namespace {
 
 constexpr int kWidest = 64 / sizeof(Scalar);  // lanes of AVX-512; AVX2 has half of them, SSE2 a quarter
+
+template <int W>
+constexpr SweepChoice kChoicePlain{W, plain::sweep<plain::Lanes<Scalar, W>>,
+                                   plain::make_rows<plain::Lanes<Scalar, W>>,
+                                   plain::report<plain::Lanes<Scalar, W>>,
+                                   plain::move<plain::Lanes<Scalar, W>>,
+                                   plain::gyrate<plain::Lanes<Scalar, W>>};
 
 }  // namespace
 
@@ -46,18 +54,16 @@ bool is_supported(Instructions instructions) {
 }
 
 SweepChoice choose_sweep(Instructions instructions, int worlds) {
-  if (worlds <= 1) return {1, plain::sweep<plain::Lanes<Scalar, 1>>};
+  if (worlds <= 1) return kChoicePlain<1>;
 #ifdef __SSE2__
   if (worlds <= kWidest / 4 || instructions == Instructions::Plain) {
-    return {kWidest / 4, plain::sweep<plain::Lanes<Scalar, kWidest / 4>>};
+    return kChoicePlain<kWidest / 4>;
   }
-  if (worlds <= kWidest / 2 || instructions == Instructions::Avx2) {
-    return {kWidest / 2, sweep_avx2};
-  }
-  return {kWidest, sweep_avx512};
+  if (worlds <= kWidest / 2 || instructions == Instructions::Avx2) return kChoiceAvx2;
+  return kChoiceAvx512;
 #else
   (void)instructions;
-  return {1, plain::sweep<plain::Lanes<Scalar, 1>>};
+  return kChoicePlain<1>;
 #endif
 }
 

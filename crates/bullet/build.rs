@@ -3,7 +3,7 @@
 
 use std::{env, error::Error, path::Path, path::PathBuf};
 
-const SOURCES: [&str; 15] = [
+const SOURCES: [&str; 19] = [
     "world.cc",
     "shapes.cc",
     "bodies.cc",
@@ -11,21 +11,25 @@ const SOURCES: [&str; 15] = [
     "motors.cc",
     "contacts.cc",
     "snapshot.cc",
-    "cut.cc",
+    "pausing.cc",
+    "collisions.cc",
     "joint_rows.cc",
     "lockstep/structure.cc",
     "lockstep/schedule.cc",
+    "lockstep/joint_form.cc",
+    "lockstep/gatherer.cc",
+    "lockstep/gyroscopic.cc",
     "lockstep/layout.cc",
-    "lockstep/lane.cc",
+    "lockstep/world_rows.cc",
     "lockstep/packing.cc",
-    "lockstep/group.cc",
+    "lockstep/lockstep.cc",
 ];
 /// Without Bullet's headers, each with its compiler flags; the first holds the choice.
 const SWEEPS: [(&str, &[&str]); 3] = [
     ("lockstep/sweep_plain.cc", &[]),
     ("lockstep/sweep_avx2.cc", &["-mavx2"]),
     // GCC 12 warns of its own header's way to leave lanes undefined.
-    ("lockstep/sweep_avx512.cc", &["-mavx512f", "-Wno-maybe-uninitialized"]),
+    ("lockstep/sweep_avx512.cc", &["-mavx512f", "-Wno-maybe-uninitialized", "-Wno-uninitialized"]),
 ];
 /// Where the shim's comments on Bullet's inner workings, and its snapshots, were checked.
 const BULLET_VERSION: &str = "3.24";

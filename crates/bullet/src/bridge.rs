@@ -262,26 +262,33 @@ pub mod ffi {
         pub idle: u64,
         /// Groups of bodies, beside the last one of a step, that were left to Bullet's own loop:
         /// Bullet makes a group of each hundred or so joints and contacts that are apart.
-        pub apart: u64,
+        pub separate_groups: u64,
         /// Steps left to Bullet's own loop for what lanes don't cover: rolling friction, a random
         /// order of rows, rows that nothing can satisfy; all, with a Bullet that isn't Debian's.
-        pub uncovered: u64,
+        pub unsupported: u64,
         /// Steps left to it since what changed was so small that Bullet might have stopped early.
-        pub doubtful: u64,
+        pub maybe_converged: u64,
         /// Steps left to it since a number wasn't finite.
-        pub unfinished: u64,
+        pub not_finite: u64,
+        /// Steps that were swept with joints whose rows Bullet made, world by world. Lanes make those
+        /// of sliders, fixed and 6-dof joints between bodies that move.
+        pub bullet_rows: u64,
+        /// Steps that were swept with bodies that Bullet moved, world by world. It does where some
+        /// are kinematic, might fall asleep, lie in a separate group or were pushed out of others.
+        pub bullet_moves: u64,
     }
 
     /// Where the time of a [`Lockstep`](crate::Lockstep) went, in s.
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
     pub struct LockstepTimes {
-        /// Bullet's part before its iterations: collisions, islands, making the rows.
+        /// Bullet's part before its iterations: collisions, islands, rows of contacts.
         pub begin: f64,
-        /// From Bullet's pools into lanes.
+        /// From worlds into lanes: rows of joints, and those from Bullet's pools.
         pub pack: f64,
         /// Seconds in the solver's iterations.
         pub sweep: f64,
-        /// Back into the pools, with the iterations that were left to Bullet's own loop.
+        /// Back to the worlds: impulses and motion; with the iterations that were left to Bullet's
+        /// own loop.
         pub unpack: f64,
         /// Bullet's part after its iterations, and the check that all is finite.
         pub end: f64,
@@ -289,7 +296,7 @@ pub mod ffi {
 
     unsafe extern "C++" {
         include!("world.h");
-        include!("lockstep/group.h");
+        include!("lockstep/lockstep.h");
 
         /// All of a Bullet world, behind `std::unique_ptr`.
         type World;

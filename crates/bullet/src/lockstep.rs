@@ -1,7 +1,8 @@
 //! Worlds that step together, one in each lane of the processor's vectors.
 //!
-//! Nearly all of a step is the solver's loop over rows, each of which waits for the one before it.
-//! Worlds that are built alike have the same rows, so one loop can do them for many worlds at once.
+//! Most of a step is the solver's loop over rows, each of which waits for the one before it. Worlds
+//! that are built alike have the same rows, so one loop can do them for many worlds at once; and so
+//! with making rows of joints, and moving bodies.
 //! Each world's trajectory has, bit for bit, what [`World::step`] gives it alone: lanes do the same
 //! operations in the same order, and a step that lanes don't cover is left to Bullet's own loop.
 //! `cpp/lockstep/` has the reasoning, file by file; ARCHITECTURE.md the picture.
@@ -75,8 +76,9 @@ fn refusal(expected: &str, value: &str) -> Error {
 
 /// Steps worlds together.
 ///
-/// It keeps memory and the order of rows from step to step, nothing of the worlds: any may leave or
-/// join between steps.
+/// From step to step it keeps memory, the order of rows, and copies of what joints are made of, which
+/// it makes anew once a world's bodies or joints change; nothing of what moves. So any world may leave
+/// or join between steps.
 ///
 /// ```
 /// use bullet::{Body, Lockstep, Shape, World, WorldSettings};

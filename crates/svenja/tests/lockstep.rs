@@ -141,6 +141,9 @@ fn check(model: &str) {
             println!("{what}: {counts:?}");
             // Or nothing was compared.
             assert!(counts.swept * 10 > (n * count) as u64 * 9, "{what}: {counts:?}");
+            // All of a Svenja's joints have lanes that make their rows.
+            assert!(!model.starts_with("svenja") || counts.bullet_rows == 0, "{what}: {counts:?}");
+            assert!(counts.bullet_moves * 10 < counts.swept, "{what}: {counts:?}");
         }
     }
 }

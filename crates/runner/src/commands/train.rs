@@ -80,7 +80,7 @@ const ADVICE: &str = ": ulimit -n has the limit of a process, fs.file-max that o
 
 /// Says so if lanes were little used, which nobody would see otherwise.
 fn warn(counts: &LockstepCounts) {
-    let own = counts.uncovered + counts.doubtful + counts.unfinished;
+    let own = counts.unsupported + counts.maybe_converged + counts.not_finite;
     let all = own + counts.swept;
     if own * 100 > all {
         notify(format_args!(
@@ -88,9 +88,9 @@ fn warn(counts: &LockstepCounts) {
              the bits are the same, but it's slower ({} for rolling friction, {} for changes too \
              small to tell from none, {} for numbers that weren't finite)",
             100.0 * own as f64 / all as f64,
-            counts.uncovered,
-            counts.doubtful,
-            counts.unfinished
+            counts.unsupported,
+            counts.maybe_converged,
+            counts.not_finite
         ));
     }
 }

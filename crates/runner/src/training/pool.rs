@@ -316,10 +316,12 @@ fn add(sum: &mut LockstepCounts, more: &LockstepCounts) {
     sum.swept += more.swept;
     sum.sweeps += more.sweeps;
     sum.idle += more.idle;
-    sum.apart += more.apart;
-    sum.uncovered += more.uncovered;
-    sum.doubtful += more.doubtful;
-    sum.unfinished += more.unfinished;
+    sum.separate_groups += more.separate_groups;
+    sum.unsupported += more.unsupported;
+    sum.maybe_converged += more.maybe_converged;
+    sum.not_finite += more.not_finite;
+    sum.bullet_rows += more.bullet_rows;
+    sum.bullet_moves += more.bullet_moves;
 }
 
 #[cfg(test)]

@@ -9,6 +9,8 @@
 
 #include <vector>
 
+#include "broadphase.h"
+
 namespace itarl {
 
 // Sees a joint's rows once they're solved, before Bullet forgets them.
@@ -21,7 +23,7 @@ class JointRowObserver {
   ~JointRowObserver() = default;
 };
 
-class CutSolver final : public btSequentialImpulseConstraintSolver {
+class PausingSolver final : public btSequentialImpulseConstraintSolver {
  public:
   // Stops after setting up, if pausing, and leaves the rows in the pools.
   //
@@ -40,7 +42,7 @@ class CutSolver final : public btSequentialImpulseConstraintSolver {
   // Whether rows wait in the pools.
   bool waits() const { return waits_; }
   // Groups that were solved on the spot since pausing was switched on.
-  int solved_before() const { return solved_before_; }
+  int separate_groups() const { return separate_groups_; }
   // The part of Bullet's iterations that resolves deep penetrations, apart from the velocities.
   void split_impulses();
   // Bullet's own iterations over all rows.
@@ -50,8 +52,18 @@ class CutSolver final : public btSequentialImpulseConstraintSolver {
   // Whether Bullet's rows are swept by the scalar code that lanes repeat, without fused multiply-add:
   // on x86-64, unless Bullet was built with vector rows, which Debian's isn't.
   bool has_known_arithmetic();
-  // Hands velocities and impulses from the pools to bodies, contacts and joints.
-  void finish();
+  // Hands impulses from the pools to contacts and joints, and velocities to bodies unless these have
+  // been moved already.
+  void finish(bool moved);
+
+  // Leaves out a joint's rows when setting up, if pausing: lanes make them (lockstep/gatherer.h).
+  // iterate() makes up for it.
+  void leave_out(std::size_t joint, bool leaves_out);
+  // By constraint, whether its rows were left out.
+  bool is_left_out(int constraint) const { return left_out_[std::size_t(constraint)]; }
+
+  // By body slot, if lanes have worked them out for this step (lockstep/gyroscopic.h).
+  std::vector<btVector3>& gyroscopic_impulses() { return gyroscopic_impulses_; }
 
   // What waits, for lockstep/packing.cc.
   btAlignedObjectArray<btSolverBody>& bodies() { return m_tmpSolverBodyPool; }
@@ -71,6 +83,8 @@ class CutSolver final : public btSequentialImpulseConstraintSolver {
  protected:
   btScalar solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int body_count,
                                          const btContactSolverInfo& info) override;
+  void convertBodies(btCollisionObject** bodies, int count,
+                     const btContactSolverInfo& info) override;
   // joint_rows.cc
   void convertJoints(btTypedConstraint** constraints, int count,
                      const btContactSolverInfo& info) override;
@@ -79,13 +93,19 @@ class CutSolver final : public btSequentialImpulseConstraintSolver {
   void clear();
   void show_joints();
   void report_joints();
+  void prepare_joints(btTypedConstraint** constraints, int count, const btContactSolverInfo& info);
+  void make_all_rows(const btContactSolverInfo& info);
   void make_rows(btTypedConstraint& constraint, int first, int count,
                  const btContactSolverInfo& info);
 
   JointRowObserver* observer_ = nullptr;
   bool pauses_ = false;
   bool waits_ = false;
-  int solved_before_ = 0;
+  int separate_groups_ = 0;
+  std::vector<btVector3> gyroscopic_impulses_;
+  std::vector<bool> in_lanes_;  // by joint
+  std::vector<bool> left_out_;  // by constraint of the group
+  bool leaves_any_out_ = false;
   // The arguments of the group that waits.
   std::vector<btCollisionObject*> group_;
   std::vector<btPersistentManifold*> manifolds_;
@@ -93,20 +113,37 @@ class CutSolver final : public btSequentialImpulseConstraintSolver {
   const btContactSolverInfo* info_ = nullptr;
 };
 
-class CutWorld final : public btDiscreteDynamicsWorld {
+class PausingWorld final : public btDiscreteDynamicsWorld {
  public:
-  CutWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase, CutSolver* solver,
+  PausingWorld(btCollisionDispatcher* dispatcher, Broadphase* broadphase, PausingSolver* solver,
            btCollisionConfiguration* configuration)
-      : btDiscreteDynamicsWorld(dispatcher, broadphase, solver, configuration), solver_(*solver) {}
+      : btDiscreteDynamicsWorld(dispatcher, broadphase, solver, configuration),
+        dispatcher_(*dispatcher),
+        broadphase_(*broadphase),
+        solver_(*solver) {}
 
-  // Up to the solver's iterations.
+  // Up to where the solver is set up.
   void begin_step(btScalar time_step);
+  // Up to its iterations.
+  void set_up_solver(btScalar time_step);
   // What comes after them.
   void end_step(btScalar time_step);
+  // The same where the bodies have been moved already.
+  void end_moved_step();
+  // Those that aren't static, kinematic ones among them.
+  int moving_bodies() const { return m_nonStaticRigidBodies.size(); }
 
  private:
+  // collisions.cc
   void predict_motion(btScalar time_step);
-  CutSolver& solver_;
+  void find_contacts();
+  bool needs_box(const btCollisionObject& object);
+  bool stays_apart(const btBroadphasePair& pair);
+
+  btCollisionDispatcher& dispatcher_;
+  Broadphase& broadphase_;
+  PausingSolver& solver_;
+  btManifoldArray found_;  // of one pair
 };
 
 }  // namespace itarl

@@ -1,4 +1,4 @@
-#include "lockstep/group.h"
+#include "lockstep/lockstep.h"
 
 #include <algorithm>
 #include <string>
@@ -9,7 +9,7 @@
 namespace itarl {
 
 using lockstep::Instructions;
-using lockstep::Lane;
+using lockstep::WorldRows;
 using lockstep::Layout;
 
 namespace {
@@ -18,7 +18,9 @@ namespace {
 constexpr std::size_t kMostLayouts = 64;
 
 Instructions instructions_of(std::uint8_t number) {
-  return number >= 2 ? Instructions::Avx512 : number == 1 ? Instructions::Avx2 : Instructions::Plain;
+  return number >= 2   ? Instructions::Avx512
+         : number == 1 ? Instructions::Avx2
+                       : Instructions::Plain;
 }
 
 }  // namespace
@@ -90,31 +92,41 @@ void Lockstep::study(const State& state) {
   const auto known = std::find(structures_.begin(), structures_.end(), structure);
   structure_ = std::size_t(known - structures_.begin());
   if (known == structures_.end()) structures_.push_back(structure);
-  movers_.assign(state.bodies.size(), lockstep::kNoBody);
+  dynamic_ids_.assign(state.bodies.size(), lockstep::kNoBody);
   std::uint32_t next = 0;
   for (std::size_t slot = 0; slot < state.bodies.size(); ++slot) {
     const auto& body = state.bodies[slot];
-    if (body && body->motion == Motion::Dynamic) movers_[slot] = next++;
+    if (body && body->motion == Motion::Dynamic) dynamic_ids_[slot] = next++;
   }
 }
 
 void Lockstep::step_some(State** states, std::optional<Refusal>* results, std::size_t count) {
-  while (lanes_.size() < count) lanes_.push_back(std::make_unique<Lane>());
+  while (lanes_.size() < count) lanes_.push_back(std::make_unique<WorldRows>());
   waiting_.clear();
+  live_.clear();
   const auto start = Clock::now();
+  for (std::size_t i = 0; i < count; ++i) {
+    if (states[i]->broken) continue;
+    states[i]->begin_step();
+    states[i]->world.begin_step(states[i]->time_step);
+    if (states[i]->solver.has_known_arithmetic()) live_.push_back(states[i]);
+  }
+  if (!live_.empty()) {
+    gyroscopic_.apply(live_, dynamic_ids_,
+                      lockstep::choose_sweep(instructions_, int(live_.size())));
+  }
   for (std::size_t i = 0; i < count; ++i) {
     State& state = *states[i];
     if (state.broken) continue;
-    state.begin_step();
-    state.world.begin_step(state.time_step);
-    apart_ += std::uint64_t(state.solver.solved_before());
+    state.world.set_up_solver(state.time_step);
+    separate_groups_ += std::uint64_t(state.solver.separate_groups());
     if (!state.solver.waits()) {
       ++idle_;
       continue;
     }
-    lanes_[i]->read(state, movers_, structure_);
+    lanes_[i]->read(state, dynamic_ids_, structure_);
     if (!lanes_[i]->is_covered()) {
-      ++uncovered_;
+      ++unsupported_;
       state.solver.iterate();
     } else {
       waiting_.push_back(lanes_[i].get());
@@ -122,10 +134,10 @@ void Lockstep::step_some(State** states, std::optional<Refusal>* results, std::s
   }
   begin_ += Clock::now() - start;
   while (!waiting_.empty()) {
-    const Lane& first = *waiting_.front();
+    const WorldRows& first = *waiting_.front();
     alike_.clear();
     std::size_t others = 0;
-    for (Lane* const lane : waiting_) {
+    for (WorldRows* const lane : waiting_) {
       if (lane->signature() == first.signature()) {
         alike_.push_back(lane);
       } else {
@@ -140,7 +152,11 @@ void Lockstep::step_some(State** states, std::optional<Refusal>* results, std::s
     State& state = *states[i];
     try {
       if (state.broken) throw *state.broken;
-      state.world.end_step(state.time_step);
+      if (state.solver.waits() && lanes_[i]->is_moved()) {
+        state.world.end_moved_step();
+      } else {
+        state.world.end_step(state.time_step);
+      }
       check_step(state);
     } catch (const Refusal& refusal) {
       results[i] = refusal;
@@ -150,42 +166,49 @@ void Lockstep::step_some(State** states, std::optional<Refusal>* results, std::s
 }
 
 void Lockstep::sweep_alike() {
-  std::vector<Lane*>& lanes = alike_;
+  std::vector<WorldRows*>& lanes = alike_;
   const auto start = Clock::now();
-  const auto [width, run] = lockstep::choose_sweep(instructions_, int(lanes.size()));
-  Layout& layout = layout_for(*lanes.front(), width);
-  packing_.pack(layout, lanes, width);
+  const lockstep::SweepChoice choice = lockstep::choose_sweep(instructions_, int(lanes.size()));
+  Layout& layout = layout_for(*lanes.front(), choice.lanes);
+  packing_.pack(layout, lanes, choice);
   lockstep::Sweep sweep = packing_.sweep(lanes.front()->solver().info().m_numIterations);
   const auto packed = Clock::now();
-  run(sweep);
+  choice.run(sweep);
   const auto swept = Clock::now();
-  const std::uint32_t unfinished = packing_.unfinished();
+  const std::uint32_t not_finite = packing_.not_finite(choice);
   ++sweeps_;
+  std::uint32_t fine = 0;
   for (std::uint32_t i = 0; i < lanes.size(); ++i) {
-    if (unfinished >> i & 1) {
-      ++unfinished_;
+    if (packing_.unsound() >> i & 1) {
+      ++unsupported_;
       lanes[i]->solver().iterate();
-    } else if (sweep.doubtful >> i & 1) {
-      ++doubtful_;
+    } else if (not_finite >> i & 1) {
+      ++not_finite_;
+      lanes[i]->solver().iterate();
+    } else if (sweep.maybe_converged >> i & 1) {
+      ++maybe_converged_;
       lanes[i]->solver().iterate();
     } else {
       ++swept_;
-      packing_.unpack(i);
+      bullet_rows_ += lanes[i]->solver().joint_rows().size() > 0;
+      bullet_moves_ += !lanes[i]->can_move();
+      fine |= std::uint32_t{1} << i;
     }
   }
+  packing_.unpack(choice, fine);
   pack_ += packed - start;
   sweep_ += swept - packed;
   unpack_ += Clock::now() - swept;
 }
 
-Layout& Lockstep::layout_for(const Lane& lane, int width) {
+Layout& Lockstep::layout_for(const WorldRows& lane, int width) {
   for (const auto& layout : layouts_) {
     if (layout->lanes() == width && layout->signature() == lane.signature()) return *layout;
   }
   if (layouts_.size() == kMostLayouts) layouts_.erase(layouts_.begin());
   const int mode = lane.solver().info().m_solverMode;
   std::uint32_t bodies = 0;
-  for (const std::uint32_t mover : movers_) bodies += mover != lockstep::kNoBody;
+  for (const std::uint32_t dynamic_id : dynamic_ids_) bodies += dynamic_id != lockstep::kNoBody;
   layouts_.push_back(std::make_unique<Layout>(
       lane.signature(), bodies, (mode & SOLVER_USE_2_FRICTION_DIRECTIONS) != 0 ? 2 : 1,
       (mode & SOLVER_INTERLEAVE_CONTACT_AND_FRICTION_CONSTRAINTS) != 0, width));
@@ -193,7 +216,8 @@ Layout& Lockstep::layout_for(const Lane& lane, int width) {
 }
 
 LockstepCounts Lockstep::counts() const noexcept {
-  return {swept_, sweeps_, idle_, apart_, uncovered_, doubtful_, unfinished_};
+  return {swept_,           sweeps_,     idle_,        separate_groups_, unsupported_,
+          maybe_converged_, not_finite_, bullet_rows_, bullet_moves_};
 }
 
 LockstepTimes Lockstep::times() const noexcept {

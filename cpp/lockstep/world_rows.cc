@@ -1,4 +1,4 @@
-#include "lockstep/lane.h"
+#include "lockstep/world_rows.h"
 
 #include <limits>
 
@@ -23,7 +23,9 @@ bool are_zero(const btVector3& a, const btVector3& b) {
 bool are_opposite(const btVector3& a, const btVector3& b) {
   return all(_mm_cmpeq_ps(load(a), _mm_xor_ps(load(b), _mm_set1_ps(-0.f))));
 }
-bool are_same(const btVector3& a, const btVector3& b) { return all(_mm_cmpeq_ps(load(a), load(b))); }
+bool are_same(const btVector3& a, const btVector3& b) {
+  return all(_mm_cmpeq_ps(load(a), load(b)));
+}
 #else
 bool are_same(const btVector3& a, const btVector3& b) {
   return a.x() == b.x() && a.y() == b.y() && a.z() == b.z();
@@ -43,13 +45,13 @@ Form form_of(const btSolverConstraint& row, const btSolverConstraint* before) {
                  are_opposite(row.m_relpos1CrossNormal, row.m_relpos2CrossNormal);
   form.full = rigid && are_opposite(row.m_contactNormal1, row.m_contactNormal2);
   form.free = row.m_lowerLimit <= -SIMD_INFINITY && row.m_upperLimit >= SIMD_INFINITY;
-  form.shares = before != nullptr &&
-                are_same(row.m_relpos1CrossNormal, before->m_relpos1CrossNormal);
+  form.shares =
+      before != nullptr && are_same(row.m_relpos1CrossNormal, before->m_relpos1CrossNormal);
   return form;
 }
 
-// Whether a row can be swept: 1 / k must be a number, since Bullet's residual would be none, and its
-// early end another; and the limits must leave something between them.
+// Whether a row can be swept: 1 / k must be a number, since Bullet's residual would be none, and
+// its early end another; and the limits must leave something between them.
 bool is_sound(const btSolverConstraint& row) {
   const btScalar k = row.m_jacDiagABInv;
   return k >= std::numeric_limits<btScalar>::min() && k <= std::numeric_limits<btScalar>::max() &&
@@ -58,33 +60,45 @@ bool is_sound(const btSolverConstraint& row) {
 
 }  // namespace
 
-void Lane::read(State& state, const std::vector<std::uint32_t>& movers, std::size_t structure) {
+void WorldRows::read(State& state, const std::vector<std::uint32_t>& dynamic_ids,
+                     std::size_t structure) {
+  state_ = &state;
   solver_ = &state.solver;
   signature_.structure = structure;
   const int mode = solver_->info().m_solverMode;
   covered_ = solver_->has_known_arithmetic() && (mode & SOLVER_RANDMIZE_ORDER) == 0 &&
              solver_->rolling_rows().size() == 0;
+  moved_ = false;
   if (!covered_) return;
-  read_bodies(movers);
+  read_bodies(dynamic_ids);
   read_joints();
   read_contacts();
 }
 
-void Lane::read_bodies(const std::vector<std::uint32_t>& movers) {
+void WorldRows::read_bodies(const std::vector<std::uint32_t>& dynamic_ids) {
   auto& pool = solver_->bodies();
   std::uint32_t count = 0;
-  for (const std::uint32_t mover : movers) count += mover != kNoBody;
+  for (const std::uint32_t dynamic_id : dynamic_ids) count += dynamic_id != kNoBody;
   bodies_.assign(count, nullptr);
-  mover_of_.assign(std::size_t(pool.size()), kNoBody);
+  dynamic_id_of_.assign(std::size_t(pool.size()), kNoBody);
   for (int i = 0; i < pool.size(); ++i) {
     const btRigidBody* const body = pool[i].m_originalBody;
-    const std::uint32_t mover = body == nullptr ? kNoBody : movers[slot_of(*body)];
-    mover_of_[std::size_t(i)] = mover;
-    if (mover != kNoBody) bodies_[mover] = &pool[i];
+    const std::uint32_t dynamic_id = body == nullptr ? kNoBody : dynamic_ids[slot_of(*body)];
+    dynamic_id_of_[std::size_t(i)] = dynamic_id;
+    if (dynamic_id != kNoBody) bodies_[dynamic_id] = &pool[i];
+  }
+  const auto is_zero = [](const btVector3& v) { return v.x() == 0 && v.y() == 0 && v.z() == 0; };
+  // An observer of rows looks at the solver's bodies, too.
+  can_move_ = !solver_->is_observed() && state_->world.moving_bodies() == int(count);
+  for (btSolverBody* const body : bodies_) {
+    can_move_ = can_move_ && body != nullptr &&
+                body->m_originalBody->getActivationState() == DISABLE_DEACTIVATION &&
+                is_zero(body->internalGetPushVelocity()) &&
+                is_zero(body->internalGetTurnVelocity());
   }
 }
 
-void Lane::read_joints() {
+void WorldRows::read_joints() {
   const auto& constraints = solver_->constraints();
   auto& pool = solver_->joint_rows();
   signature_.joints.clear();
@@ -93,12 +107,22 @@ void Lane::read_joints() {
   forms_.clear();
   int row = 0;
   for (std::size_t i = 0; i < constraints.size(); ++i) {
+    const bool left_out = solver_->is_left_out(int(i));
     const int rows = solver_->rows_of(int(i));
-    if (rows == 0) continue;
-    signature_.joints.push_back({std::uint32_t(constraints[i]->getUserConstraintId()),
-                                 mover(pool[row].m_solverBodyIdA),
-                                 mover(pool[row].m_solverBodyIdB)});
+    if (rows == 0 && !left_out) continue;
+    btTypedConstraint& constraint = *constraints[i];
+    const auto joint = std::uint32_t(constraint.getUserConstraintId());
     first_row_.push_back(std::uint32_t(row));
+    if (left_out) {
+      const JointForm& form = state_->joints[joint]->form;
+      signature_.joints.push_back({joint, dynamic_id(constraint.getRigidBodyA().getCompanionId()),
+                                   dynamic_id(constraint.getRigidBodyB().getCompanionId()),
+                                   form.type});
+      row_counts_.push_back(std::uint32_t(form.rows.size()));
+      continue;
+    }
+    signature_.joints.push_back(
+        {joint, dynamic_id(pool[row].m_solverBodyIdA), dynamic_id(pool[row].m_solverBodyIdB), {}});
     row_counts_.push_back(std::uint32_t(rows));
     for (int k = row; k < row + rows; ++k) {
       forms_.push_back(form_of(pool[k], k > row ? &pool[k - 1] : nullptr));
@@ -108,13 +132,18 @@ void Lane::read_joints() {
   }
 }
 
-void Lane::read_contacts() {
+Form WorldRows::form_in_lanes(std::uint32_t joint, std::uint32_t number) const {
+  return state_->joints[joint]->form.rows[number];
+}
+
+void WorldRows::read_contacts() {
   auto& pool = solver_->contact_rows();
   contacts_.assign(bodies_.size(), 0);
   pairs_.clear();
   bool touch = false;  // two moving bodies
   for (int i = 0; i < pool.size(); ++i) {
-    const std::uint32_t a = mover(pool[i].m_solverBodyIdA), b = mover(pool[i].m_solverBodyIdB);
+    const std::uint32_t a = dynamic_id(pool[i].m_solverBodyIdA),
+                        b = dynamic_id(pool[i].m_solverBodyIdB);
     pairs_.push_back(a == kNoBody ? ContactKey{b, a} : ContactKey{a, b});
     if (a != kNoBody && b != kNoBody) {
       touch = true;
@@ -131,18 +160,11 @@ void Lane::read_contacts() {
   if (touch) signature_.contacts = pairs_;
 }
 
-void Lane::assign_rows(const Layout& layout) {
+void WorldRows::assign_rows(const Layout& layout) {
   const std::vector<PlacedRow>& rows = layout.rows();
   rows_.assign(rows.size(), nullptr);
   const btSolverConstraint* const joints =
       solver_->joint_rows().size() > 0 ? &solver_->joint_rows()[0] : nullptr;
-  std::size_t i = 0;
-  for (std::uint32_t joint = 0; i < layout.joint_row_count(); ++joint) {
-    for (; i < layout.joint_row_count() && rows[i].owner == joint; ++i) {
-      if (rows[i].part < row_counts_[joint]) rows_[i] = joints + first_row_[joint] + rows[i].part;
-    }
-  }
-
   pool_contact_.assign(layout.contact_count(), -1);
   seen_.assign(bodies_.size(), 0);
   for (std::size_t contact = 0; contact < pairs_.size(); ++contact) {
@@ -151,7 +173,12 @@ void Lane::assign_rows(const Layout& layout) {
         layout.lists_contacts() ? contact : layout.contact_index(body, seen_[body]++);
     pool_contact_[place] = int(contact);
   }
-  for (; i < rows.size(); ++i) {
+  for (const std::uint32_t i : layout.pool_rows()) {
+    if (i < layout.joint_row_count()) {
+      const std::uint32_t joint = rows[i].owner;
+      if (rows[i].part < row_counts_[joint]) rows_[i] = joints + first_row_[joint] + rows[i].part;
+      continue;
+    }
     const int contact = pool_contact_[rows[i].owner];
     if (contact < 0) continue;
     const btSolverConstraint& row = solver_->contact_rows()[contact];

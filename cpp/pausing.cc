@@ -1,18 +1,20 @@
 // The calls between the cuts are those of btDiscreteDynamicsWorld.cpp and
 // btSequentialImpulseConstraintSolver.cpp of Bullet 3.24.
-#include "cut.h"
+#include "pausing.h"
 
 namespace itarl {
 
-void CutSolver::set_pausing(bool pauses) {
+void PausingSolver::set_pausing(bool pauses) {
   pauses_ = pauses;
   if (pauses) {
     waits_ = false;
-    solved_before_ = 0;
+    separate_groups_ = 0;
+  } else {
+    gyroscopic_impulses_.clear();
   }
 }
 
-btScalar CutSolver::solveGroup(btCollisionObject** bodies, int body_count,
+btScalar PausingSolver::solveGroup(btCollisionObject** bodies, int body_count,
                                btPersistentManifold** manifolds, int manifold_count,
                                btTypedConstraint** constraints, int constraint_count,
                                const btContactSolverInfo& info, btIDebugDraw* drawer,
@@ -26,8 +28,8 @@ btScalar CutSolver::solveGroup(btCollisionObject** bodies, int body_count,
   if (body_count + manifold_count + constraint_count == 0) return 0;
   if (waits_) {
     iterate();
-    finish();
-    ++solved_before_;
+    finish(false);
+    ++separate_groups_;
   }
   group_.assign(bodies, bodies + body_count);
   manifolds_.assign(manifolds, manifolds + manifold_count);
@@ -47,13 +49,39 @@ btScalar CutSolver::solveGroup(btCollisionObject** bodies, int body_count,
   return 0;
 }
 
-void CutSolver::split_impulses() {
+// As Bullet's, with impulses that are known already.
+void PausingSolver::convertBodies(btCollisionObject** bodies, int count,
+                              const btContactSolverInfo& info) {
+  if (!pauses_ || gyroscopic_impulses_.empty()) {
+    btSequentialImpulseConstraintSolver::convertBodies(bodies, count, info);
+    return;
+  }
+  for (int i = 0; i < count; ++i) bodies[i]->setCompanionId(-1);
+  m_kinematicBodyUniqueIdToSolverBodyTable.resize(0);
+  m_tmpSolverBodyPool.reserve(count + 1);
+  m_tmpSolverBodyPool.resize(0);
+  for (int i = 0; i < count; ++i) {
+    const int place = getOrInitSolverBody(*bodies[i], info.m_timeStep);
+    const btRigidBody* const body = btRigidBody::upcast(bodies[i]);
+    if (body == nullptr || body->getInvMass() == 0) continue;
+    m_tmpSolverBodyPool[place].m_externalTorqueImpulse +=
+        gyroscopic_impulses_[std::size_t(body->getUserIndex())];
+  }
+}
+
+void PausingSolver::split_impulses() {
   solveGroupCacheFriendlySplitImpulseIterations(
       group_.data(), int(group_.size()), manifolds_.data(), int(manifolds_.size()),
       constraints_.data(), int(constraints_.size()), *info_, nullptr);
 }
 
-void CutSolver::iterate() {
+void PausingSolver::leave_out(std::size_t joint, bool leaves_out) {
+  if (in_lanes_.size() <= joint) in_lanes_.resize(joint + 1, false);
+  in_lanes_[joint] = leaves_out;
+}
+
+void PausingSolver::iterate() {
+  if (leaves_any_out_) make_all_rows(*info_);
   const int most = btMax(m_maxOverrideNumSolverIterations, info_->m_numIterations);
   for (int iteration = 0; iteration < most; ++iteration) {
     m_leastSquaresResidual = solveSingleIteration(
@@ -63,7 +91,7 @@ void CutSolver::iterate() {
   }
 }
 
-btScalar CutSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int body_count,
+btScalar PausingSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int body_count,
                                                   const btContactSolverInfo& info) {
   show_joints();
   return btSequentialImpulseConstraintSolver::solveGroupCacheFriendlyFinish(bodies, body_count,
@@ -71,7 +99,7 @@ btScalar CutSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies, in
 }
 
 // Bullet puts the rows of a joint one after the other.
-void CutSolver::show_joints() {
+void PausingSolver::show_joints() {
   if (observer_ == nullptr) return;
   const int all = m_tmpSolverNonContactConstraintPool.size();
   for (int row = 0, count = 0; row < all; row += count) {
@@ -87,7 +115,7 @@ void CutSolver::show_joints() {
   }
 }
 
-void CutSolver::finish() {
+void PausingSolver::finish(bool moved) {
   show_joints();
   // solveGroupCacheFriendlyFinish
   if ((info_->m_solverMode & SOLVER_USE_WARMSTARTING) != 0) {
@@ -98,25 +126,26 @@ void CutSolver::finish() {
   } else {
     writeBackJoints(0, m_tmpSolverNonContactConstraintPool.size(), *info_);
   }
-  writeBackBodies(0, m_tmpSolverBodyPool.size(), *info_);
+  if (!moved) writeBackBodies(0, m_tmpSolverBodyPool.size(), *info_);
   clear();
 }
 
-void CutSolver::abandon() {
-  pauses_ = false;
+void PausingSolver::abandon() {
+  set_pausing(false);
   clear();
 }
 
-void CutSolver::clear() {
+void PausingSolver::clear() {
   m_tmpSolverContactConstraintPool.resizeNoInitialize(0);
   m_tmpSolverNonContactConstraintPool.resizeNoInitialize(0);
   m_tmpSolverContactFrictionConstraintPool.resizeNoInitialize(0);
   m_tmpSolverContactRollingFrictionConstraintPool.resizeNoInitialize(0);
   m_tmpSolverBodyPool.resizeNoInitialize(0);
+  leaves_any_out_ = false;
   waits_ = false;
 }
 
-bool CutSolver::has_known_arithmetic() {
+bool PausingSolver::has_known_arithmetic() {
 #ifdef __x86_64__
   return getActiveConstraintRowSolverGeneric() == getScalarConstraintRowSolverGeneric() &&
          getActiveConstraintRowSolverLowerLimit() == getScalarConstraintRowSolverLowerLimit();
@@ -125,7 +154,7 @@ bool CutSolver::has_known_arithmetic() {
 #endif
 }
 
-void CutWorld::begin_step(btScalar time_step) {
+void PausingWorld::begin_step(btScalar time_step) {
   // stepSimulation(time_step, 0)
   m_localTime = 0;
   m_fixedTimeStep = 0;
@@ -138,31 +167,29 @@ void CutWorld::begin_step(btScalar time_step) {
   dispatch.m_stepCount = 0;
   dispatch.m_debugDraw = nullptr;
   // No body is let have predictive contacts: createPredictiveContacts would find none.
-  performDiscreteCollisionDetection();
+  find_contacts();
   calculateSimulationIslands();
+}
+
+void PausingWorld::set_up_solver(btScalar time_step) {
   getSolverInfo().m_timeStep = time_step;
   solver_.set_pausing(true);
   solveConstraints(getSolverInfo());
   solver_.set_pausing(false);
 }
 
-// predictUnconstraintMotion, but for damping by factors of 1, which are powers that take time.
-void CutWorld::predict_motion(btScalar time_step) {
-  for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i) {
-    btRigidBody& body = *m_nonStaticRigidBodies[i];
-    if (body.isStaticOrKinematicObject()) continue;
-    if (body.getLinearDamping() != 0 || body.getAngularDamping() != 0) body.applyDamping(time_step);
-    body.predictIntegratedTransform(time_step, body.getInterpolationWorldTransform());
-  }
-}
-
-void CutWorld::end_step(btScalar time_step) {
-  if (solver_.waits()) solver_.finish();
+void PausingWorld::end_step(btScalar time_step) {
+  if (solver_.waits()) solver_.finish(false);
   integrateTransforms(time_step);
   updateActions(time_step);
   updateActivationState(time_step);
   // No body has a motion state to synchronise.
   clearForces();
+}
+
+void PausingWorld::end_moved_step() {
+  solver_.finish(true);
+  // There are no actions, and no body that could fall asleep.
 }
 
 }  // namespace itarl

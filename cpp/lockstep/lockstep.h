@@ -9,7 +9,8 @@
 
 #include "refusal.h"
 #include "world.h"
-#include "lockstep/lane.h"
+#include "lockstep/gyroscopic.h"
+#include "lockstep/world_rows.h"
 #include "lockstep/layout.h"
 #include "lockstep/packing.h"
 
@@ -37,24 +38,26 @@ class Lockstep {
  private:
   void step_some(State** states, std::optional<Refusal>* results, std::size_t count);
   void sweep_alike();
-  lockstep::Layout& layout_for(const lockstep::Lane& lane, int width);
+  lockstep::Layout& layout_for(const lockstep::WorldRows& lane, int width);
   void study(const State& state);
 
   lockstep::Instructions instructions_;
   std::vector<State*> states_;
   std::vector<std::optional<Refusal>> results_;
-  // All structures of worlds so far, which of them the last study() found, and for it the movers by
-  // body slot.
+  // All structures of worlds so far, which of them the last study() found, and for it the numbers
+  // of dynamic bodies by body slot.
   std::vector<std::vector<std::uint64_t>> structures_;
   std::size_t structure_ = ~std::size_t{0};
-  std::vector<std::uint32_t> movers_;
-  std::vector<std::unique_ptr<lockstep::Lane>> lanes_;
+  std::vector<std::uint32_t> dynamic_ids_;
+  std::vector<std::unique_ptr<lockstep::WorldRows>> lanes_;
   // Of worlds whose rows are ready, and those of them that go into one sweep.
-  std::vector<lockstep::Lane*> waiting_, alike_;
+  std::vector<lockstep::WorldRows*> waiting_, alike_;
   std::vector<std::unique_ptr<lockstep::Layout>> layouts_;
+  std::vector<State*> live_;  // worlds in the step that aren't broken
+  lockstep::Gyroscopic gyroscopic_;
   lockstep::Packing packing_;
-  std::uint64_t swept_ = 0, sweeps_ = 0, idle_ = 0, apart_ = 0, uncovered_ = 0, doubtful_ = 0,
-                unfinished_ = 0;
+  std::uint64_t swept_ = 0, sweeps_ = 0, idle_ = 0, separate_groups_ = 0, unsupported_ = 0,
+                maybe_converged_ = 0, not_finite_ = 0, bullet_rows_ = 0, bullet_moves_ = 0;
   // What each part of a step took so far.
   using Clock = std::chrono::steady_clock;
   Clock::duration begin_{}, pack_{}, sweep_{}, unpack_{}, end_{};

@@ -1,0 +1,70 @@
+// From worlds into lanes what rows of joints and motions are made of, and back what comes of them.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "lockstep/tasks.h"
+#include "lockstep/world_rows.h"
+#include "lockstep/layout.h"
+#include "lockstep/vectors.h"
+
+namespace itarl::lockstep {
+
+class Gatherer {
+ public:
+  // Worlds that are about to be swept. Gives a number, above 0, that stands for them as long as
+  // they're built as they are.
+  std::uint64_t enter(const std::vector<WorldRows*>& lanes, int width);
+  // Reads what the rows of a layout's joints need.
+  void gather(const Layout& layout);
+  // The rows to make in `values`, the sweep's. Valid until the next gather().
+  JointTask& task(const Layout& layout, Scalar* values, Scalar* largest_k);
+  // Once the task is done and reported of: hands their reports to the joints of these lanes'
+  // worlds.
+  void report(std::uint32_t lanes) const;
+  // The bodies to move, once they're swept.
+  MoveTask moves(const Layout& layout, const Scalar* values);
+  // Once they're moved: hands these lanes' worlds where their bodies are, and how fast.
+  void move(std::uint32_t lanes) const;
+
+ private:
+  // What doesn't change from step to step, of joints by their ids.
+  struct Copy {
+    std::vector<std::shared_ptr<const int>> builds;  // by lane: what it's a copy of
+    int width = 0;
+    std::uint64_t number = 0;
+    std::vector<std::uint32_t> places;  // of each joint's numbers
+    Vectors numbers;
+  };
+  Copy& copy_for(int width);
+  void fill(Copy& copy) const;
+  void plan(const Layout& layout);
+  void gather_worlds();
+  void gather_motors();
+  template <int W>
+  void gather_bodies(std::uint32_t bodies);
+  template <int W>
+  void report_lanes(std::uint32_t lanes) const;
+  template <int W>
+  void move_lanes(std::uint32_t lanes) const;
+  // Empty lanes do what the last one does: no number is a surprise there.
+  const WorldRows& lane(std::size_t i) const {
+    return *lanes_[i < lanes_.size() ? i : lanes_.size() - 1];
+  }
+
+  std::vector<WorldRows*> lanes_;
+  int width_ = 1;
+  std::vector<std::unique_ptr<Copy>> copies_;
+  std::size_t next_copy_ = 0;  // the one to give up when there are too many
+  std::uint64_t made_ = 0;     // how many so far
+  Copy* copy_ = nullptr;
+  std::vector<JointPlan> plans_;
+  std::vector<std::uint32_t> joints_;  // their ids
+  Vectors worlds_, bodies_, reports_, moved_;
+  std::vector<std::uint32_t> body_places_;
+  JointTask task_{};
+};
+
+}  // namespace itarl::lockstep
