@@ -59,7 +59,7 @@ void PausingSolver::convertBodies(btCollisionObject** bodies, int count,
   for (int i = 0; i < count; ++i) bodies[i]->setCompanionId(-1);
   m_kinematicBodyUniqueIdToSolverBodyTable.resize(0);
   m_tmpSolverBodyPool.reserve(count + 1);
-  m_tmpSolverBodyPool.resize(0);
+  m_tmpSolverBodyPool.resizeNoInitialize(0);
   for (int i = 0; i < count; ++i) {
     const int place = getOrInitSolverBody(*bodies[i], info.m_timeStep);
     const btRigidBody* const body = btRigidBody::upcast(bodies[i]);

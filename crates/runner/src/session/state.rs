@@ -117,9 +117,12 @@ impl Actor {
         let world = episode.body.restore(sections.part(WORLD)?);
         world.map_err(|error| sections.misfit(WORLD, error))?;
         let n_inputs = episode.inputs().len();
-        sections.put::<Vec<bool>, _>(INPUTS, |inputs| match inputs.len() {
-            n if n == n_inputs => Ok(episode.codec.restore(&inputs)),
-            n => Err(format!("{n} bits, and the cell has {n_inputs}")),
+        sections.put::<Vec<bool>, _>(INPUTS, |inputs| {
+            if inputs.len() != n_inputs {
+                return Err(format!("{} bits, and the cell has {n_inputs}", inputs.len()));
+            }
+            episode.codec.restore(&inputs);
+            Ok(())
         })?;
         sections.put::<Vec<u64>, _>(REWARD, |words| episode.reward.restore(&words))?;
         episode.restored();
