@@ -160,7 +160,7 @@ fn files() -> Vec<String> {
 #[test]
 fn files_named_in_documents_exist() {
     let files = files();
-    for document in ["README.md", "ARCHITECTURE.md", "docs/bindings.md"] {
+    for document in ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "docs/bindings.md"] {
         let text = read(document);
         let prose = text.split("```").step_by(2).flat_map(str::lines);
         for line in prose.filter(|line| !line.contains("to come")) {

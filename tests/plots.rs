@@ -10,13 +10,12 @@ use std::{
 };
 
 use common::*;
+use figures::FIGURES;
 use resvg::{tiny_skia::Pixmap, usvg::roxmltree};
 use runner::experiment::Plan;
 use runs::{Bullet, Cell, NewRun, Precision, Row, Run, header_line};
 use tempfile::TempDir;
 
-const FIGURES: [&str; 7] =
-    ["robot", "learning-curves", "close-up", "feet", "scatter", "final", "health"];
 /// A sweep of one setting, `xi=1`.
 const XI_1: &str = "\"reward.mix.xi\" = [1]";
 const TABLES: [&str; 4] = ["correlation", "improvement", "instances", "settings"];
@@ -108,14 +107,15 @@ fn every_figure_and_table_is_written_and_nothing_else() {
     let mut after = tree(&run);
     let mut written: Vec<_> = said.out.lines().map(|line| line.to_owned()).collect();
     written.sort();
-    let figures = FIGURES.iter().flat_map(|it| [format!("{it}.png"), format!("{it}.svg")]);
+    let figures = FIGURES.iter().map(|it| it.name);
+    let figures = figures.flat_map(|it| [format!("{it}.png"), format!("{it}.svg")]);
     let mut names: Vec<_> = figures.chain(TABLES.map(|it| format!("{it}.csv"))).collect();
     names.sort();
     let named: Vec<_> = names.iter().map(|it| format!("{}/plots/{it}", text(&run))).collect();
     assert_eq!(written, named);
     let plots: Vec<_> = after.keys().filter_map(|it| it.strip_prefix("plots/")).collect();
     assert_eq!(plots, names);
-    for figure in FIGURES {
+    for figure in FIGURES.map(|it| it.name) {
         let drawn = svg(&run, figure);
         // The robot is a picture.
         assert!(figure == "robot" || texts(&drawn).iter().any(|it| it == "ξ = 0.75"), "{figure}");

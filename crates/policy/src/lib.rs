@@ -78,6 +78,7 @@ mod policy;
 mod settings;
 mod structure;
 mod tensors;
+mod uniform;
 
 pub use centred::Link;
 pub use error::{Difference, Error};

@@ -9,10 +9,9 @@ use crate::{Error, Link, error::check_length};
 /// A policy has its own parameters and random numbers; what it draws and scores depends on these and
 /// on the inputs, and on nothing else. Neither acting nor changing the parameters allocates.
 ///
-/// To add a kind: a file in `src/kinds/` with its settings, what they build, and its tests, and a line
-/// in the list in `src/kinds/mod.rs`; `make docs` puts its keys into `docs/experiment-files.md`, and its
-/// tensors go into `docs/run-folders.md`. The contract that `tests/contract.rs` runs on every entry of the list then
-/// holds for it too, and so does what `tests/policies.rs` of the whole asks of all of them.
+/// To add a kind: a file in `src/kinds/` and a line in the list in `src/kinds/mod.rs`; CONTRIBUTING.md
+/// has an example. The contract that `tests/contract.rs` runs on every entry of the list then holds for
+/// it too.
 pub trait Policy: fmt::Debug + Send {
     /// Bits that it sees.
     fn n_inputs(&self) -> usize;

@@ -192,10 +192,12 @@ mod tests {
     #[test]
     fn all_mistakes_are_found() {
         let found = |text| read(text).unwrap_err();
+        let kinds = KindSettings::all();
+        let kinds: Vec<_> = kinds.iter().map(|kind| format!("{:?}", kind.name())).collect();
+        let kinds = kinds.join(" or ");
         assert_eq!(
             found("kind = 'logistics'\nsamples = 3"),
-            "f:1:8: kind must be \"crbm\" or \"modular\" or \"logistic\", got \"logistics\", did you \
-             mean 'logistic'?"
+            format!("f:1:8: kind must be {kinds}, got \"logistics\", did you mean 'logistic'?")
         );
         assert_eq!(
             found("kind = 'logistic'\nsamples = 3\nmemory = -1"),

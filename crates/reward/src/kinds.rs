@@ -3,6 +3,7 @@
 //! To add a kind: a file in the family's folder with its settings (`Default`, `Serialize`, `read`,
 //! each key with what it is [about](config::Rule::about)), its code and its tests, and a line in the
 //! family's list, with what it is above it; then `make docs`. The contract tests run on every line.
+//! CONTRIBUTING.md has examples.
 
 /// Makes the enum of a family's settings, which stand at a path in files; after it, what a kind is
 /// there. The first kind is the default; each implements the trait.

@@ -14,9 +14,9 @@
 //! | `lib.rs`, `terms.rs` | [`Reward`]: settings at work, step by step; [`Terms`]: every part by itself |
 //! | `settings.rs`, `kinds.rs` | [`RewardSettings`]: the table `reward` of an experiment file; what makes a list of kinds |
 //! | `layout.rs`, `transition.rs` | [`RobotLayout`], [`Transition`]: all that a reward is told |
-//! | [`extrinsic`] | e: `locomotion.rs`, `turning.rs`, `reach.rs`, `efficient_locomotion.rs`, `height.rs` |
-//! | [`intrinsic`] | i: `mutual_information.rs`, `transfer_entropy.rs`, `none.rs` |
-//! | [`mix`] | one number of both: `geometric.rs`, `linear.rs`, with a schedule of xi |
+//! | [`extrinsic`] | e: a file for each kind of [`ExtrinsicSettings`] |
+//! | [`intrinsic`] | i: a file for each kind of [`IntrinsicSettings`](intrinsic::IntrinsicSettings) |
+//! | [`mix`] | one number of both: a file for each kind of [`MixSettings`](mix::MixSettings), and the schedule of xi |
 //! | `error.rs` | [`Error`] |
 //!
 //! ```

@@ -11,18 +11,15 @@
 //! `[n_outputs x n_inputs]`, row-major, then b, `[n_outputs]`.
 
 use config::Section;
-use rand_chacha::{
-    ChaCha8Rng,
-    rand_core::{Rng, SeedableRng},
-};
 use serde::Serialize;
 
 use super::Build;
 use crate::{
     Error, Link, Policy, Structure,
-    error::{check_length, zeros},
+    error::zeros,
     policy::check_act,
     tensors::{Tensors, expect_same_layout},
+    uniform::Uniform,
 };
 
 /// It has no settings of its own.
@@ -49,7 +46,7 @@ pub struct Logistic {
     /// W, then b.
     parameters: Vec<f64>,
     tensors: Tensors,
-    rng: ChaCha8Rng,
+    uniform: Uniform,
     /// y_i - p_i of the last act, `[n_outputs]`.
     surprise: Vec<f64>,
 }
@@ -65,8 +62,8 @@ impl Logistic {
         let shapes = vec![("W".into(), vec![n_outputs, n_inputs]), ("b".into(), vec![n_outputs])];
         let tensors = Tensors::new("logistic", shapes);
         let (parameters, surprise) = (zeros(tensors.n_parameters())?, vec![0.0; n_outputs]);
-        let rng = streams::named(0, "policy");
-        Ok(Self { n_inputs, n_outputs, parameters, tensors, rng, surprise })
+        let uniform = Uniform::new(0, "policy");
+        Ok(Self { n_inputs, n_outputs, parameters, tensors, uniform, surprise })
     }
 
     /// Draws y, and keeps y - p.
@@ -77,8 +74,7 @@ impl Logistic {
             outputs.iter_mut().zip(&mut self.surprise).zip(rows)
         {
             let p = probability(*bias, row, inputs);
-            let uniform = (self.rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
-            *output = uniform < p;
+            *output = self.uniform.draw() < p;
             *surprise = f64::from(u8::from(*output)) - p;
         }
     }
@@ -140,31 +136,15 @@ impl Policy for Logistic {
     }
 
     fn draw_from(&mut self, seed: u64, stream: &str) {
-        self.rng = streams::named(seed, stream);
+        self.uniform = Uniform::new(seed, stream);
     }
 
-    /// The generator's key, eight words, and how many of its words are drawn, in three.
     fn random_state(&self) -> Vec<u32> {
-        let (key, position) = (self.rng.get_seed(), self.rng.get_word_pos());
-        let words = key.as_chunks().0.iter().map(|bytes| u32::from_le_bytes(*bytes));
-        words.chain([0, 32, 64].map(|shift| (position >> shift) as u32)).collect()
+        self.uniform.state()
     }
 
     fn set_random_state(&mut self, state: &[u32]) -> Result<(), Error> {
-        let place = "Policy::set_random_state";
-        check_length(place, "state", 11, state.len())?;
-        // 2^64 blocks of 16 words.
-        if state[10] >= 16 {
-            return Err(Error::argument(place, "state[10]", "below 16", state[10]));
-        }
-        let mut key = [0; 32];
-        for (bytes, word) in key.chunks_mut(4).zip(state) {
-            bytes.copy_from_slice(&word.to_le_bytes());
-        }
-        let position = state[8..].iter().rev().fold(0, |sum, &word| sum << 32 | u128::from(word));
-        self.rng = ChaCha8Rng::from_seed(key);
-        self.rng.set_word_pos(position);
-        Ok(())
+        self.uniform.set_state(state)
     }
 
     fn to_safetensors(&self) -> Result<Vec<u8>, Error> {
@@ -182,28 +162,6 @@ impl Policy for Logistic {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-
-    fn robot() -> Structure {
-        Structure {
-            bits_per_reading: 2,
-            readings: 1,
-            actuators: vec!["hinge".into()],
-            bits_per_actuator: 1,
-            groups: Vec::new(),
-        }
-    }
-
-    #[test]
-    fn a_state_may_be_however_far_in_the_stream() {
-        let mut policy = Logistic::new(&robot()).unwrap();
-        let mut state = policy.random_state();
-        state[8..].copy_from_slice(&[5, 7, 15]);
-        policy.set_random_state(&state).unwrap();
-        assert_eq!(policy.random_state(), state);
-        state[10] = 16;
-        let message = policy.set_random_state(&state).unwrap_err().to_string();
-        assert_eq!(message, "Policy::set_random_state: state[10] must be below 16, got 16");
-    }
 
     #[test]
     fn probabilities_are_logistic_and_have_ends() {
