@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
-use svenja::{Rod, Shape};
+use svenja::{Body, Rod, Shape};
 
 use super::{Clip, Error};
 
@@ -33,20 +33,7 @@ pub fn encode(clip: &Clip) -> Result<Vec<u8>, Error> {
         .enumerate()
         .map(|(i, body)| file.mesh(&body.name, &Mesh::of(&body.shape), i))
         .collect();
-    let materials: Vec<Value> = bodies
-        .iter()
-        .map(|body| {
-            let [red, green, blue] = body.colour.map(linear);
-            json!({
-                "name": body.name,
-                "pbrMetallicRoughness": {
-                    "baseColorFactor": [red, green, blue, 1.0],
-                    "metallicFactor": 0.0,
-                    "roughnessFactor": 0.6,
-                },
-            })
-        })
-        .collect();
+    let materials: Vec<Value> = bodies.iter().map(material).collect();
     let animation = file.animation(clip);
     let nodes = bodies.iter().enumerate().map(|(i, body)| {
         let pose = clip.pose(0, i);
@@ -78,6 +65,18 @@ pub fn encode(clip: &Clip) -> Result<Vec<u8>, Error> {
         "buffers": [{ "byteLength": file.bytes.len() }],
     });
     container(serde_json::to_vec(&document)?, file.bytes)
+}
+
+fn material(body: &Body) -> Value {
+    let [red, green, blue] = body.colour.map(linear);
+    json!({
+        "name": body.name,
+        "pbrMetallicRoughness": {
+            "baseColorFactor": [red, green, blue, 1.0],
+            "metallicFactor": 0.0,
+            "roughnessFactor": 0.6,
+        },
+    })
 }
 
 /// Header, then the chunks `JSON` and `BIN`, each a multiple of 4 bytes.

@@ -45,7 +45,8 @@ pub(super) fn bench(arguments: &Bench) -> anyhow::Result<Outcome> {
             .map(|seed| Session::build(&experiment, &morphology, initial.as_deref(), seed))
             .collect::<Result<Vec<_>, _>>()
     };
-    let mut in_lanes = Batch::begin(lockstep, sessions(lanes)?)?;
+    let n_cells = lanes.div_ceil(experiment.learning.worlds);
+    let mut in_lanes = Batch::begin(lockstep, sessions(n_cells)?)?;
     let mut alone = Batch::begin(Solver::bullet(), sessions(1)?)?;
     let mut ratios = Vec::new();
     let start = Instant::now();
@@ -58,25 +59,14 @@ pub(super) fn bench(arguments: &Bench) -> anyhow::Result<Outcome> {
     let physics_steps = experiment.physics_steps_per_control_step() as f64;
     let instructions = in_lanes.solver.instructions().map_or("", bullet::Instructions::name);
     print_line(format_args!(
-        "{:.0} control steps/s with {lanes} cells in lanes ({instructions}), {:.0} with --solver \
+        "{:.0} control steps/s with {n_cells} cells in lanes ({instructions}), {:.0} with --solver \
          bullet: {:.2} times as many",
         in_lanes.rate(),
         alone.rate(),
         ratios[ratios.len() / 2]
     ))?;
     in_lanes.report("in lanes")?;
-    let times = in_lanes.solver.times();
-    let parts = [
-        ("begin", times.begin),
-        ("pack", times.pack),
-        ("sweep", times.sweep),
-        ("unpack", times.unpack),
-        ("end", times.end),
-    ];
-    for (name, seconds) in parts {
-        let steps = in_lanes.all_steps as f64 * physics_steps;
-        print_line(format_args!("    {name:6} {:8.1} us a physics step", 1e6 * seconds / steps))?;
-    }
+    in_lanes.report_parts(physics_steps)?;
     alone.report("with --solver bullet")?;
     print_line(format_args!(
         "the machine's mode: {:.0} us for a physics step of Bullet's own",
@@ -164,6 +154,23 @@ impl Batch {
             print_line(format_args!(
                 "  {name:8} {microseconds:8.1} us a control step, {share:4.1} %"
             ))?;
+        }
+        Ok(())
+    }
+
+    /// Where a physics step goes that is made in lanes, without the servo law.
+    fn report_parts(&self, physics_steps: f64) -> anyhow::Result<()> {
+        let times = self.solver.times();
+        let parts = [
+            ("begin", times.begin),
+            ("pack", times.pack),
+            ("sweep", times.sweep),
+            ("unpack", times.unpack),
+            ("end", times.end),
+        ];
+        for (name, seconds) in parts {
+            let time = 1e6 * seconds / (self.all_steps as f64 * physics_steps);
+            print_line(format_args!("    {name:6} {time:8.1} us a physics step"))?;
         }
         Ok(())
     }
