@@ -10,6 +10,8 @@ use common::{Playground, Readings};
 #[test]
 fn a_step_allocates_nothing() {
     let mut playground = Playground::new(&WorldSettings { iterations: 5, ..Default::default() });
+    // A world that doesn't has none to read, which is an error, with a text.
+    playground.world.measure_motors(true);
     let mut readings = Readings::default();
     // Buffers as long as they get, and longer where that's up to the contacts.
     playground.run(300);

@@ -20,7 +20,6 @@ pub struct Playground {
 impl Playground {
     pub fn new(settings: &WorldSettings) -> Self {
         let mut world = World::new(settings).unwrap();
-        world.measure_motors(true);
         build_ground(&mut world);
         let heap = build_heap(&mut world);
         let paddle = {
