@@ -255,7 +255,7 @@ pub struct Work {
     /// Threads [default: one a core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
-    /// Cells that a thread steps at a time [default: as many as the solver has lanes]
+    /// Worlds that a thread steps at a time [default: as many as the solver has lanes]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub lanes: Option<u16>,
     /// Who steps the worlds
@@ -365,7 +365,7 @@ pub struct Bench {
     /// For how long, about
     #[arg(long, default_value_t = 10.0)]
     pub seconds: f64,
-    /// Cells stepped at a time [default: as many as there are lanes]
+    /// Worlds stepped at a time [default: as many as there are lanes]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub lanes: Option<u16>,
 }

@@ -106,7 +106,7 @@ impl Actor {
     }
 
     /// After the physics of a control step, rows 6 to 8: the new readings, what they are worth, which
-    /// the learner hears.
+    /// the learner takes in.
     pub(super) fn after(
         &mut self,
         updates: u64,

@@ -26,6 +26,7 @@ impl Perturbation {
     /// never is.
     #[must_use]
     pub fn new(every: u64, length: u64, flip_probability: f64, seed: u64, stream: &str) -> Self {
+        // Not quite the key of `streams::named`, which is younger: runs keep their bits.
         let mut key = [0; 32];
         key[..8].copy_from_slice(&seed.to_le_bytes());
         key[16..].copy_from_slice(&xxh3_128(stream.as_bytes()).to_le_bytes());

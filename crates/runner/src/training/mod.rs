@@ -37,7 +37,7 @@ pub struct How {
     pub threads: usize,
     /// Who steps the worlds.
     pub solver: SolverKind,
-    /// Cells that a thread steps at a time, at least 1; as many as the solver has lanes by default.
+    /// Worlds that a thread steps at a time, at least 1; as many as the solver has lanes by default.
     pub lanes: Option<usize>,
     /// The limits of this call.
     pub limits: Limits,

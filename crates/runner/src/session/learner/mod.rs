@@ -1,5 +1,5 @@
 //! What makes of an update's control steps the gradient that the optimiser follows. One file a kind:
-//! a settings' variant in `experiment/learning.rs`, and a line in [`build`].
+//! its settings in `experiment/learner.rs`, and a line in [`build`].
 
 mod evolution;
 mod gpomdp;
