@@ -13,7 +13,7 @@ ESBUILD := esbuild@0.28.2
 ASAN_SEQUENCES ?= 5000
 VALGRIND_SEQUENCES ?= 1500
 
-.PHONY: help demo test docs crash-test lockstep-test verify-lockstep lint bench asan valgrind three setup
+.PHONY: help demo test docs crash-test lockstep-test verify-lockstep lint bench bench-mujoco asan valgrind three setup
 
 help:
 	@echo "make demo      train Svenja for some minutes, and show what came out"
@@ -24,6 +24,7 @@ help:
 	@echo "make verify-lockstep  the same with Svenja, 100,000 steps a lane (half an hour or more)"
 	@echo "make lint      formatting and clippy, as strict as CI"
 	@echo "make bench     what things cost, beside plain code that does the same"
+	@echo "make bench-mujoco  a physics step of Svenja beside MuJoCo's"
 	@echo "make asan      fuzzing with the C++ shim under AddressSanitizer"
 	@echo "make valgrind  the bullet crate's tests under valgrind"
 	@echo "make three     bundle three.js for the viewer again (needs npm)"
@@ -79,6 +80,14 @@ lint: setup
 
 bench: setup
 	cargo bench --workspace
+
+# MuJoCo comes from PyPI, into a folder of its own below target/.
+bench-mujoco: PACKAGES += python3-venv
+bench-mujoco: setup
+	cargo build --release --bin itarl
+	test -x target/mujoco/bin/python || python3 -m venv target/mujoco
+	target/mujoco/bin/pip install -q mujoco
+	target/mujoco/bin/python crates/svenja/benches/mj_step.py models/svenja.toml target/release/itarl
 
 # --target keeps the flags away from build scripts; the library must be the first one loaded.
 SANITIZED = CARGO_TARGET_DIR=target/asan UBSAN_OPTIONS=print_stacktrace=1 \
