@@ -34,8 +34,8 @@
 //!   one build of Bullet and one glibc, and in double precision on CPUs that agree on FMA and AVX2,
 //!   since glibc chooses its `sin`, `atan2` and their like by them.
 //! - A restored [`World::snapshot`] continues with the same bits (`tests/snapshot.rs`).
-//! - No argument, however wrong, panics, corrupts or ends the process (`tests/refusals.rs`,
-//!   `tests/fuzz.rs`).
+//! - No argument, however wrong, panics, corrupts or ends the process (`tests/refusals/`,
+//!   `tests/fuzz/`).
 
 mod body;
 mod bridge;
