@@ -149,7 +149,7 @@ fn svenja_too() {
         "sweep.seeds=1",
     ];
     let sets = sets.iter().flat_map(|it| ["--set", it]);
-    let words: Vec<_> = ["train", "experiments/quick.toml"].into_iter().chain(sets).collect();
+    let words: Vec<_> = ["train", "experiments/beginning.toml"].into_iter().chain(sets).collect();
     let run = |name: &str, more: &[&str], code| {
         let run = folder.path().join(name);
         itarl(&[&words[..], &["--out", text(&run)], more].concat()).ends(code);

@@ -299,9 +299,9 @@ mod tests {
     /// As in the checkpoints of runs that are there: others would be refused.
     #[test]
     fn identities_do_not_change_with_versions() {
-        let quick = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments/quick.toml");
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments/beginning.toml");
         let changes = ["checkpoint.every=6", "learning.updates=12"].map(str::to_owned);
-        let plan = Plan::open(&quick, &changes).unwrap();
+        let plan = Plan::open(&file, &changes).unwrap();
         let cells = plan.cells();
         let svenja = FileCopy { file: "svenja.toml".into(), xxh3: Hash(0xfd1a_2299_37d3_bdd4) };
         let identity = |cell| format!("{:016x}", identity(cell, &svenja, None));
