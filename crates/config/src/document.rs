@@ -158,6 +158,11 @@ impl Document {
         Ok(())
     }
 
+    /// The top level.
+    pub(crate) fn root_mut(&mut self) -> &mut Node {
+        &mut self.root
+    }
+
     /// Takes a table or value out of the document's top level.
     pub fn take(&mut self, key: &str) -> Option<Node> {
         let Value::Table(entries) = &mut self.root.value else { return None };

@@ -32,6 +32,7 @@
 
 #![forbid(unsafe_code)]
 
+mod change;
 mod compound;
 mod document;
 mod foreign;

@@ -3,7 +3,10 @@
 //!
 //! Whoever trains and whoever reads begins here, so that both believe the same.
 
-use std::path::{Path, absolute};
+use std::{
+    collections::BTreeMap,
+    path::{Path, absolute},
+};
 
 use anyhow::Context;
 use figures::{Measure, Omitted, Results};
@@ -23,6 +26,8 @@ pub struct Catalogue {
     run: Run,
     plan: Plan,
     cells: Vec<RunCell>,
+    /// Of each robot, the first cell that has it.
+    robots: Vec<usize>,
 }
 
 /// A cell of a run.
@@ -34,8 +39,10 @@ pub struct RunCell {
     pub folder: CellFolder,
     /// The number that its checkpoints are known by.
     pub identity: u64,
-    /// Index of its robot among the models of `manifest.json`.
+    /// Index of its robot's file among the models of `manifest.json`.
     pub(crate) model: usize,
+    /// Index of its robot among those of the run, each another file or changed in another way.
+    pub(crate) robot: usize,
     /// Index of the file that its policy starts from among the policies of `manifest.json`.
     pub(crate) initial: Option<usize>,
 }
@@ -97,7 +104,7 @@ impl Catalogue {
             let index = paths.iter().position(|listed| listed == path);
             index.ok_or_else(|| format!("it doesn't list {path}, which experiment.toml has"))
         };
-        let mut cells = Vec::new();
+        let (mut cells, mut robots, mut known) = (Vec::new(), Vec::new(), BTreeMap::new());
         for (cell, in_manifest) in plan.cells().iter().zip(&listed.cells) {
             let model = listed_at(&models, &cell.experiment.model);
             let initial = cell.experiment.initial().map(|path| listed_at(&policies, path));
@@ -108,9 +115,13 @@ impl Catalogue {
             let policy = initial.map(|index| &listed.policies[index]);
             let identity = identity(cell, &listed.models[model], policy);
             let folder = run.cell(in_manifest);
-            cells.push(RunCell { cell: cell.clone(), folder, identity, model, initial });
+            let robot = *known.entry(models::key(&cell.experiment)).or_insert_with(|| {
+                robots.push(cells.len());
+                robots.len() - 1
+            });
+            cells.push(RunCell { cell: cell.clone(), folder, identity, model, robot, initial });
         }
-        Ok(Self { run, plan, cells })
+        Ok(Self { run, plan, cells, robots })
     }
 
     /// The run that a cell's folder is in, with the cell.
@@ -155,12 +166,12 @@ impl Catalogue {
         &self.cells
     }
 
-    /// The robots of the run, in the order of `manifest.json`.
+    /// The robots of the run, in the order in which cells have them.
     ///
     /// # Errors
     /// A copy of a model file that isn't what the run was made with.
     pub fn morphologies(&self) -> anyhow::Result<Vec<Morphology>> {
-        (0..self.run.manifest().models.len()).map(|index| models::read(&self.run, index)).collect()
+        self.robots.iter().map(|&first| self.morphology(&self.cells[first])).collect()
     }
 
     /// The robot of a cell.
@@ -168,7 +179,7 @@ impl Catalogue {
     /// # Errors
     /// As [`Catalogue::morphologies`].
     pub fn morphology(&self, cell: &RunCell) -> anyhow::Result<Morphology> {
-        models::read(&self.run, cell.model)
+        models::read(&self.run, cell.model, &cell.cell.experiment.robot)
     }
 
     /// All rows of a cell, as [`CellFolder::rows`], with the task's value in each.
@@ -315,7 +326,14 @@ mod tests {
         let text = format!("model = '/m'\nlearning.steps_per_update = 4\n{settings}");
         let plan = Plan::written(Path::new("/x.toml"), &text).unwrap();
         let folder = CellFolder::new("cell");
-        RunCell { cell: plan.cells()[0].clone(), folder, identity: 0, model: 0, initial: None }
+        RunCell {
+            cell: plan.cells()[0].clone(),
+            folder,
+            identity: 0,
+            model: 0,
+            robot: 0,
+            initial: None,
+        }
     }
 
     #[test]

@@ -220,7 +220,7 @@ impl Morphology {
     /// # Errors
     /// All that is wrong with it, each with its place.
     pub fn open(path: &Path) -> Result<Self, Problems> {
-        Self::of(&Document::open(path)?)
+        Self::read(&Document::open(path)?)
     }
 
     /// Reads a model from a text; problems name it `source`.
@@ -228,10 +228,14 @@ impl Morphology {
     /// # Errors
     /// All that is wrong with it, each with its place.
     pub fn parse(source: &str, text: &str) -> Result<Self, Problems> {
-        Self::of(&Document::parse(source, text)?)
+        Self::read(&Document::parse(source, text)?)
     }
 
-    fn of(document: &Document) -> Result<Self, Problems> {
+    /// Reads a model from a document, in which keys may have been changed since it was a file.
+    ///
+    /// # Errors
+    /// All that is wrong with it, each with its place.
+    pub fn read(document: &Document) -> Result<Self, Problems> {
         check(&document.read(ModelFile::read)?)
     }
 

@@ -16,7 +16,7 @@ use super::{Outcome, print_line};
 use crate::{
     cli::Bench,
     experiment::{Experiment, Plan},
-    policies,
+    models, policies,
     session::{Session, Solver, control_step},
 };
 
@@ -180,6 +180,6 @@ impl Batch {
 fn from_file(file: &Path) -> anyhow::Result<(Experiment, Morphology)> {
     let plan = Plan::open(file, &[])?;
     let cell = plan.cells().first().context("no cells")?;
-    let morphology = Morphology::open(Path::new(&cell.experiment.model))?;
+    let morphology = models::open(&cell.experiment)?;
     Ok((cell.experiment.clone(), morphology))
 }

@@ -21,6 +21,7 @@ mod perturbation;
 mod physics;
 mod plan;
 mod record;
+mod robot;
 mod sweep;
 mod twice;
 
@@ -34,6 +35,7 @@ pub use perturbation::PerturbationSettings;
 pub use physics::PhysicsSettings;
 pub use plan::{Cell, Plan};
 pub use record::{CheckpointSettings, RecordSettings};
+pub use robot::RobotSettings;
 pub use sweep::MOST_CELLS;
 
 use config::{Rule, Section, Setting, text};
@@ -49,6 +51,9 @@ pub struct Experiment {
     pub description: Option<String>,
     /// Path of the model file; absolute in a [`Plan`].
     pub model: String,
+    /// In what the robot isn't as its model file says.
+    #[serde(skip_serializing_if = "RobotSettings::is_empty")]
+    pub robot: RobotSettings,
     /// The settings of Bullet's world.
     pub physics: PhysicsSettings,
     /// When the policy acts.
@@ -78,6 +83,7 @@ impl Experiment {
             "a file's path from this file's folder; with `--set`, from the current folder",
         );
         let model = root.required("model", model);
+        let robot = RobotSettings::read(root);
         let physics = root.table_or_empty("physics", |section| {
             let place = section.place_of("frequency_hz");
             Some((PhysicsSettings::read(section)?, place))
@@ -95,6 +101,7 @@ impl Experiment {
         Some(Self {
             description,
             model: model?,
+            robot,
             physics: physics?.0,
             control: control?.0,
             codec: codec?,

@@ -245,7 +245,8 @@ fn swept_keys((key, values): &(String, Vec<toml::Value>)) -> Vec<String> {
     keys.collect()
 }
 
-fn toml_value(value: &Value) -> toml::Value {
+/// A value as it's written again.
+pub(super) fn toml_value(value: &Value) -> toml::Value {
     match value {
         Value::Text(text) | Value::Date(text) => text.clone().into(),
         Value::Integer(value) => (*value).into(),

@@ -54,7 +54,7 @@ pub(super) struct ActiveCell<'a> {
 /// What cells must share to be stepped together.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) struct Build<'a> {
-    model: usize,
+    robot: usize,
     physics: &'a PhysicsSettings,
     control: &'a ControlSettings,
 }
@@ -63,7 +63,7 @@ impl<'a> Build<'a> {
     pub(super) fn of(cell: &'a RunCell) -> Self {
         let experiment = &cell.cell.experiment;
         let (physics, control) = (&experiment.physics, &experiment.control);
-        Self { model: cell.model, physics, control }
+        Self { robot: cell.robot, physics, control }
     }
 }
 

@@ -21,7 +21,7 @@ use crate::{
 /// A run opened for work.
 pub struct OpenRun {
     catalogue: Catalogue,
-    /// In the order of `manifest.json`.
+    /// As the cells count them.
     morphologies: Vec<Morphology>,
     /// The bytes of the files that policies start from, in the order of `manifest.json`.
     initial: Vec<Vec<u8>>,
@@ -117,7 +117,7 @@ impl OpenRun {
     /// The robot of a cell.
     #[must_use]
     pub fn morphology(&self, cell: &RunCell) -> &Morphology {
-        &self.morphologies[cell.model]
+        &self.morphologies[cell.robot]
     }
 
     /// A cell that hasn't moved yet.
@@ -156,15 +156,15 @@ struct InputFile {
 impl Files {
     /// Reads them, and finds all problems at once.
     fn of(plan: &Plan) -> anyhow::Result<Self> {
-        let (mut files, mut problems) = (Self::default(), Vec::new());
+        let (mut files, mut problems) = (Self::default(), BTreeSet::new());
         let names = policy_names(plan.cells().iter().filter_map(|cell| cell.experiment.initial()));
-        let mut known = BTreeSet::new();
+        let (mut known, mut robots) = (BTreeSet::new(), BTreeSet::new());
         for Cell { experiment, .. } in plan.cells() {
-            if known.insert(experiment.model.as_str()) {
-                match read_model(&experiment.model)? {
-                    Ok(file) => files.models.push(file),
-                    Err(found) => problems.extend(Vec::from(found)),
-                }
+            if robots.insert(models::key(experiment)) {
+                problems.extend(models::open(experiment).err().map(Vec::from).unwrap_or_default());
+            }
+            if known.insert(experiment.model.as_str()) && problems.is_empty() {
+                files.models.push(read_model(&experiment.model)?);
             }
             let Some(path) = experiment.initial().filter(|path| known.insert(path)) else {
                 continue;
@@ -177,7 +177,10 @@ impl Files {
                 Err(found) => problems.extend(Vec::from(found)),
             }
         }
-        if problems.is_empty() { Ok(files) } else { Err(Problems::new(problems).into()) }
+        match problems.is_empty() {
+            true => Ok(files),
+            false => Err(Problems::new(problems.into_iter().collect()).into()),
+        }
     }
 
     /// That each setting's cells can be built.
@@ -187,7 +190,7 @@ impl Files {
             if last.is_some_and(|last| last == experiment) {
                 continue;
             }
-            let morphology = Morphology::open(Path::new(&experiment.model))?;
+            let morphology = models::open(experiment)?;
             let initial =
                 self.policies.iter().find(|it| Some(it.path.as_str()) == experiment.initial());
             let initial = initial.map(|file| file.bytes.as_slice());
@@ -209,14 +212,11 @@ impl Files {
     }
 }
 
-fn read_model(path: &str) -> anyhow::Result<Result<InputFile, Problems>> {
-    if let Err(found) = Morphology::open(Path::new(path)) {
-        return Ok(Err(found));
-    }
+fn read_model(path: &str) -> anyhow::Result<InputFile> {
     let bytes = fs::read(path).with_context(|| format!("{path}: reading"))?;
     // Stems differ, or cells would share a folder.
     let stem = Path::new(path).file_stem().unwrap_or_default().to_string_lossy();
-    Ok(Ok(InputFile { path: path.into(), name: format!("{stem}.toml"), bytes }))
+    Ok(InputFile { path: path.into(), name: format!("{stem}.toml"), bytes })
 }
 
 /// The plan's text for a run folder that has copies of its files, by their paths in the plan. It has

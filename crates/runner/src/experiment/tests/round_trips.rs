@@ -8,8 +8,9 @@ use super::{experiment, folders, open, plan};
 use crate::experiment::Plan;
 
 /// Values of each key that go with all other ones of this table.
-const CHOICES: [(&str, &[&str]); 34] = [
+const CHOICES: [(&str, &[&str]); 35] = [
     ("description", &["'what for?'", "'''a\nb \"c\" é'''"]),
+    ("robot.servo.front leg.speed_limit_rad_s", &["0.5", "2"]),
     ("physics.frequency_hz", &["100", "200", "1000"]),
     ("physics.iterations", &["1", "50"]),
     ("physics.warm_starting", &["false"]),
@@ -58,7 +59,7 @@ fn file(settings: &[usize], swept: bool) -> String {
         if choice > values.len() && swept && sweep.len() < 4 && *key != "description" {
             sweep.push(format!("'{key}' = [{}]", values.join(", ")));
         } else if let Some(value) = choice.checked_sub(1).and_then(|choice| values.get(choice)) {
-            lines.push(format!("{key} = {value}"));
+            lines.push(format!("{} = {value}", key.replace("front leg", "'front leg'")));
         }
     }
     lines.extend(sweep);

@@ -120,6 +120,37 @@ fn policies_can_be_swept() {
     assert!(!tables.to_toml().contains("initial_scale"), "{}", tables.to_toml());
 }
 
+/// As the model's own keys, which aren't known here.
+#[test]
+fn keys_of_the_model_can_be_swept() {
+    let text = "model = '/m'\nrobot.body.torso.mass_kg = 2\n[sweep]\n\
+                'robot.servo.leg.speed_limit_rad_s' = [0.5, 1]\n\
+                robot.start = [{ position_m = [0, 0, 1], label = 'high' }]";
+    let plan = plan(text);
+    let names: Vec<_> = plan.listing().map(|(_, setting, _)| setting).collect();
+    assert_eq!(names, ["speed_limit_rad_s=0.5,start=high", "speed_limit_rad_s=1,start=high"]);
+    let expected = "body = { torso = { mass_kg = 2 } }\n\
+                    servo.leg.speed_limit_rad_s = 1\nstart.position_m = [0, 0, 1]";
+    let expected: toml::Table = expected.parse().unwrap();
+    assert_eq!(plan.cells()[1].experiment.robot.to_table(), expected);
+    assert_eq!(self::plan(&plan.to_toml()), plan, "{}", plan.to_toml());
+    assert!(plan.to_toml().contains("[robot.body.torso]\nmass_kg = 2"), "{}", plan.to_toml());
+
+    let swept_twice = open(&format!("{text}\n'robot.servo.leg' = [{{ torque = 1 }}]"), &[]);
+    assert_eq!(swept_twice.map(|plan| plan.cells().len()), Ok(2));
+    let set = open(text, &["robot.servo.leg.speed_limit_rad_s=3"]).unwrap_err();
+    assert!(set.contains("is swept by x.toml:4:1, so it can't be set"), "{set}");
+}
+
+/// What cells are told apart by stays what it was.
+#[test]
+fn a_robot_as_its_model_says_is_not_written() {
+    let written = experiment("model = 'm'").to_toml();
+    assert!(!written.contains("robot"), "{written}");
+    assert_eq!(experiment("model = 'm'\n[robot]"), experiment("model = 'm'"));
+    assert_ne!(experiment("model = 'm'\nrobot.x = 1"), experiment("model = 'm'"));
+}
+
 /// Table before plain key, plain value after table: what TOML's own writer puts the other way round.
 #[test]
 fn the_order_of_a_sweep_is_that_of_the_file() {
