@@ -63,7 +63,7 @@ process is at is left to it (exit code 75).")]
     },
     /// Show what was learned: early updates against late ones, for each setting
     #[command(after_help = "Example:
-  itarl summary runs/quick --early 1-50 --late 200-300")]
+  itarl summary runs/quick --early 1-40 --late 120-160")]
     Summary(Summary),
     /// Draw the paper's figures of a run, finished or not, into DIR/plots/
     #[command(after_help = "Examples:
@@ -85,7 +85,7 @@ docs/figures.md says what each figure and table shows.")]
     Config(Config),
     /// Run a policy without learning and without wind, and report what it does
     #[command(after_help = "Examples:
-  itarl rollout runs/quick/cells/xi=0.75/seed=3 --steps 600 --csv walk.csv
+  itarl rollout runs/quick/cells/xi=0.75/seed=1 --steps 600 --csv walk.csv
   itarl rollout models/svenja.toml --policy models/gaits/svenja.toml")]
     Rollout(Rollout),
     /// Write a run's report: one page with its tables, its figures, and its robots in 3-D
@@ -98,10 +98,10 @@ docs/figures.md says what each figure and table shows.")]
     },
     /// Watch a robot: a 3-D page for any browser, a film, a picture, or a scene for Blender
     #[command(after_help = "Examples:
-  itarl replay runs/quick/cells/xi=1/seed=8          # xi=1-seed=8.html: its last control steps
+  itarl replay runs/quick/cells/xi=1/seed=2          # xi=1-seed=2.html: its last control steps
   itarl replay models/svenja.toml                    # svenja.html: random actions
   itarl replay models/svenja.toml --png svenja.png   # from three sides
-  itarl replay runs/quick/cells/xi=1/seed=8 --gif walk.gif --glb walk.glb
+  itarl replay runs/quick/cells/xi=1/seed=2 --gif walk.gif --glb walk.glb
 
 The page, pictures and films need no display and no GPU where they're made.")]
     Replay(Replay),
