@@ -13,13 +13,15 @@ use std::{
 use common::*;
 use tempfile::TempDir;
 
-const COMMANDS: [&[&str]; 14] = [
+const COMMANDS: [&[&str]; 16] = [
     &["train"],
     &["resume"],
     &["cell"],
     &["status"],
     &["summary"],
     &["plot"],
+    &["findings"],
+    &["publish"],
     &["config"],
     &["report"],
     &["replay"],

@@ -30,7 +30,8 @@ fn done() -> (TempDir, PathBuf, PathBuf) {
 }
 
 /// What reads a run as a whole.
-const READERS: [&[&str]; 4] = [&["status"], &["summary"], &["plot", "final"], &["report"]];
+const READERS: [&[&str]; 5] =
+    [&["status"], &["summary"], &["plot", "final"], &["findings"], &["report"]];
 
 fn read(reader: &[&str], run: &Path) -> Said {
     itarl(&[&reader[..1], &[text(run)], &reader[1..]].concat())

@@ -1,18 +1,26 @@
 //! Curves as they are drawn: means over windows, which smooth and thin in one, and the spread of a
 //! setting's cells.
+//!
+//! Windows are of rows; a row is an update, or the mean of `every` updates that follow each other.
 
 use runs::{COLUMNS, Row};
 
 use super::statistics::{mean, quantile, sorted};
 
-/// Means over windows of w updates, one after another. A last part that is shorter is left out,
-/// but if it's all there is.
-pub(super) fn window_means(values: &[f64], w: usize) -> Vec<[f64; 2]> {
-    sliding_means(values, w, w)
+/// Means over windows of w rows, one after another, each with the number of the update in its middle.
+/// A last part that is shorter is left out, but if it's all there is.
+pub(super) fn window_means(values: &[f64], w: usize, every: usize) -> Vec<[f64; 2]> {
+    in_updates(sliding_means(values, w, w), every)
 }
 
-/// Means over windows of w updates, `step` updates from one to the next, each with the number of
-/// the update in its middle.
+/// Points at rows, at updates: counted from 1, the row r is the updates r every - every + 1 to r every.
+fn in_updates(points: Vec<[f64; 2]>, every: usize) -> Vec<[f64; 2]> {
+    let middle = |row: f64| (row - 0.5) * every as f64 + 0.5;
+    points.into_iter().map(|[row, mean]| [middle(row), mean]).collect()
+}
+
+/// Means over windows of w rows, `step` rows from one to the next, each with the number of the row in
+/// its middle.
 pub(super) fn sliding_means(values: &[f64], w: usize, step: usize) -> Vec<[f64; 2]> {
     let w = w.clamp(1, values.len().max(1));
     let middle = |begin: usize| begin as f64 + (w as f64 + 1.0) / 2.0;
@@ -20,7 +28,7 @@ pub(super) fn sliding_means(values: &[f64], w: usize, step: usize) -> Vec<[f64; 
     windows.map(|(begin, window)| [middle(begin), mean(window)]).collect()
 }
 
-/// The window with which the longest curve has at most so many points, at least 1 update.
+/// The window with which the longest curve has at most so many points, at least 1 row.
 pub(super) fn window_for(longest: usize, most_points: usize) -> usize {
     longest.div_ceil(most_points).max(1)
 }
@@ -52,17 +60,20 @@ impl Thinned {
         columns
     }
 
-    /// The length of its windows.
+    /// The length of its windows, in rows.
     pub(super) fn window(&self) -> usize {
         self.window
     }
 
-    /// Over windows of w updates, a power of two that isn't below its own.
-    pub(super) fn over(&self, w: usize) -> Vec<[f64; 2]> {
-        let window = self.window as f64;
-        let points = window_means(&self.means, w / self.window);
-        // The middle of a window is counted in windows here.
-        points.into_iter().map(|[middle, mean]| [(middle - 0.5) * window + 0.5, mean]).collect()
+    /// Over windows of w rows, a power of two that isn't below its own.
+    pub(super) fn over(&self, w: usize, every: usize) -> Vec<[f64; 2]> {
+        window_means(&self.means, w / self.window, self.window * every)
+    }
+
+    /// What the column always is, if it never changes but for roundings.
+    pub(super) fn constant(&self) -> Option<f64> {
+        let first = *self.means.first()?;
+        self.means.iter().all(|mean| (mean - first).abs() <= 1e-9 * first.abs()).then_some(first)
     }
 
     #[cfg(test)]
@@ -114,23 +125,37 @@ mod tests {
     #[test]
     fn windows_are_averaged_and_a_rest_is_left_out() {
         let values = [1.0, 3.0, 5.0, 7.0, 100.0];
-        assert_eq!(window_means(&values, 2), [[1.5, 2.0], [3.5, 6.0]]);
-        assert_eq!(window_means(&values, 1)[4], [5.0, 100.0]);
+        assert_eq!(window_means(&values, 2, 1), [[1.5, 2.0], [3.5, 6.0]]);
+        assert_eq!(window_means(&values, 1, 1)[4], [5.0, 100.0]);
         assert_eq!(sliding_means(&values[..4], 3, 1), [[2.0, 3.0], [3.0, 5.0]]);
         // Shorter than a window: all of it.
-        assert_eq!(window_means(&values[..2], 3), [[1.5, 2.0]]);
-        assert_eq!(window_means(&[], 3), [[0.0; 2]; 0]);
+        assert_eq!(window_means(&values[..2], 3, 1), [[1.5, 2.0]]);
+        assert_eq!(window_means(&[], 3, 1), [[0.0; 2]; 0]);
         assert_eq!(
             [window_for(40, 100), window_for(30_000, 150), window_for(301, 150)],
             [1, 200, 3]
         );
     }
 
+    /// Of rows that are means of 10 updates the first is that of 1 to 10, whose middle is 5.5.
+    #[test]
+    fn rows_are_drawn_where_their_updates_are() {
+        let values: Vec<_> = (0..40).map(f64::from).collect();
+        let rows: Vec<_> = values.chunks(10).map(mean).collect();
+        assert_eq!(window_means(&rows, 1, 10)[0], [5.5, 4.5]);
+        assert_eq!(window_means(&rows, 2, 10), window_means(&values, 20, 1));
+        let row = |&task: &f64| Row { task, ..Row::default() };
+        let thinned = Thinned::of(&rows.iter().map(row).collect::<Vec<_>>()).pop().unwrap();
+        assert_eq!(thinned.over(2, 10), window_means(&values, 20, 1));
+        assert_eq!(thinned.constant(), None);
+        assert_eq!(Thinned { window: 1, means: vec![0.1, 0.1 + 1e-17] }.constant(), Some(0.1));
+    }
+
     #[test]
     fn spreads_are_of_those_that_have_come_so_far() {
         let columns = [[1.0, 10.0], [2.0, 20.0], [4.0, 40.0], [7.0, 0.0]];
         let columns = columns.iter().enumerate().map(|(i, it)| &it[..if i == 3 { 1 } else { 2 }]);
-        let curves: Vec<_> = columns.map(|column| window_means(column, 1)).collect();
+        let curves: Vec<_> = columns.map(|column| window_means(column, 1, 1)).collect();
         let found = spreads(&curves, QUARTILES);
         // As in statistics.rs: 1 2 4 7 have quartiles 1.75, 3 and 4.75.
         let first = Spread { update: 1.0, mean: 3.5, quantiles: [1.75, 3.0, 4.75] };
@@ -155,11 +180,11 @@ mod tests {
         assert_eq!((long.window(), long.means.len()), (16, 187));
         for w in [16, 32, 128] {
             // The last window of 16 isn't whole, nor is one of more.
-            assert_eq!(long.over(w), window_means(&values, w), "{w}");
+            assert_eq!(long.over(w, 1), window_means(&values, w, 1), "{w}");
         }
         let short = thinned(&[1.0, 2.0, 6.0]);
-        assert_eq!(short.over(1), [[1.0, 1.0], [2.0, 2.0], [3.0, 6.0]]);
-        assert_eq!(short.over(16), [[2.0, 3.0]]);
-        assert_eq!(thinned(&[]).over(4), [[0.0; 2]; 0]);
+        assert_eq!(short.over(1, 1), [[1.0, 1.0], [2.0, 2.0], [3.0, 6.0]]);
+        assert_eq!(short.over(16, 1), [[2.0, 3.0]]);
+        assert_eq!(thinned(&[]).over(4, 1), [[0.0; 2]; 0]);
     }
 }

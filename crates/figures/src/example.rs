@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use runs::Row;
 
-use super::{CellResults, Measure, Outcome, Results, Setting, curves::Thinned};
+use super::{
+    CellResults, Measure, Outcome, Results, Setting, curves::Thinned, statistics::moments,
+};
 
 /// The paper's task.
 pub(super) fn locomotion() -> Measure {
@@ -26,6 +28,7 @@ pub(super) fn run_of(settings: &[(&str, Vec<Vec<f64>>)]) -> Results {
         intrinsic_nats: curve.iter().map(|value| value / 2.0).collect(),
         performance: curve.clone(),
         columns: Thinned::of(&curve.iter().map(row).collect::<Vec<_>>()),
+        moments: moments(curve.iter().map(|value| (*value, value / 2.0))),
         outcome: Outcome::default(),
         contacts: None,
     };
@@ -38,6 +41,7 @@ pub(super) fn run_of(settings: &[(&str, Vec<Vec<f64>>)]) -> Results {
         measure: locomotion(),
         settings: settings.iter().map(setting).collect(),
         window: 1,
+        every: 1,
     };
     Outcome::evaluate(&mut run);
     run

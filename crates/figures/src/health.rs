@@ -54,7 +54,7 @@ fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
     let n_bands = quantities.len().div_ceil(N_COLUMNS);
     let legend = legend(&run.settings);
     let legend_height = legend.last().map_or(0.0, |(_, y)| y + LEGEND_LINE);
-    let notes = run.with_caveat(vec![note(w)]);
+    let notes = run.with_caveat(vec![note(w * run.every)]);
     let caption = FIGURE.caption_with(run, &notes);
     let bottom = n_bands as f64 * BAND + 26.0;
     paint(&FIGURE, bottom + legend_height + notes_height(&notes) + 14.0, caption, |area| {
@@ -79,17 +79,17 @@ fn frame(i: usize) -> Rect {
     }
 }
 
-/// The window of all curves: a power of two that isn't below that of any column.
+/// The window of all curves, in rows: a power of two that isn't below that of any column.
 fn window(run: &Results) -> usize {
     let most_points = POINTS.min(ALL_POINTS / run.settings.len()).max(16);
     let kept = run.cells().flat_map(|it| &it.columns).map(Thinned::window).max().unwrap_or(1);
-    run.longest().div_ceil(most_points).next_power_of_two().max(kept)
+    run.longest_rows().div_ceil(most_points).next_power_of_two().max(kept)
 }
 
 /// What the other figures don't show, where anything is known of it.
 fn quantities(run: &Results, w: usize) -> Vec<Quantity> {
     let spread = |place: usize, setting: &Setting| {
-        let curves = setting.cells.iter().map(|it| it.columns[place].over(w));
+        let curves = setting.cells.iter().map(|it| it.columns[place].over(w, run.every));
         spreads(&curves.collect::<Vec<_>>(), EXTREMES)
     };
     let quantity = |(place, column): (usize, &'static Column)| Quantity {

@@ -85,20 +85,23 @@ struct Layout {
 }
 
 fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
-    let w = window_for(run.longest(), POINTS.min(ALL_POINTS / run.settings.len()).max(30));
+    let w = window_for(run.longest_rows(), POINTS.min(ALL_POINTS / run.settings.len()).max(30));
     let quantities = quantities(&run.measure);
     let curves: Vec<Vec<_>> = quantities
         .iter()
         .map(|quantity| {
             let of_setting = |setting: &Setting| {
                 let columns = setting.cells.iter().map(quantity.column);
-                spreads(&columns.map(|it| window_means(it, w)).collect::<Vec<_>>(), QUARTILES)
+                spreads(
+                    &columns.map(|it| window_means(it, w, run.every)).collect::<Vec<_>>(),
+                    QUARTILES,
+                )
             };
             run.settings.iter().map(of_setting).collect()
         })
         .collect();
     let layout = Layout::of(run);
-    let notes = run.with_caveat(vec![note(w)]);
+    let notes = run.with_caveat(vec![note(w * run.every)]);
     let n_bands = run.settings.len().div_ceil(layout.n_columns) as f64;
     let height = n_bands * layout.band() + 26.0 + notes_height(&notes) + 18.0;
     let caption = FIGURE.caption_with(run, &notes);

@@ -9,6 +9,7 @@
 //! | `outcome.rs` | [`Outcome`]: what a cell came to; the best and the median one |
 //! | [`statistics`] | quartiles, interquartile mean, bootstrap, correlation |
 //! | `tables.rs` | [`Table`]: the numbers beside the figures |
+//! | `findings/` | [`Findings`]: the paper's statements, and what a run says to each |
 //! | `curves.rs`, `numbers.rs` | smoothing, quartiles over time; numbers as people read them |
 //! | `canvas.rs`, `axis.rs` | the page, the font, the axes |
 //! | `robot.rs`, `learning_curves.rs`, `close_up.rs`, `feet.rs`, `scatter.rs`, `final_values.rs`, `health.rs` | one figure each |
@@ -41,6 +42,7 @@ mod contacts;
 mod curves;
 mod feet;
 mod final_values;
+mod findings;
 mod health;
 mod learning_curves;
 mod measure;
@@ -59,13 +61,13 @@ mod example;
 use std::path::PathBuf;
 
 pub use contacts::Contacts;
+pub use findings::{Evidence, Findings, Group, Mix, STATISTICS, Statement, Verdict};
 pub use measure::Measure;
-pub use numbers::{capitalised, grouped};
+pub use numbers::{capitalised, grouped, three_digits};
 pub use outcome::{Choice, Outcome, best_and_median, tenth_of};
 pub use plain::plain;
 pub use results::{CellResults, Omitted, Results, Setting};
-pub use tables::Table;
-pub use tables::caveats;
+pub use tables::{Estimate, Table, caveats};
 
 use outcome::choice;
 

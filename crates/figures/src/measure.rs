@@ -1,7 +1,9 @@
 //! What the cells of a run are judged by: the task's own value, or what cells of several tasks have
 //! in common.
 
-use runs::Row;
+use runs::{Moments, Row};
+
+use super::statistics;
 
 /// A value of each update by which cells are compared, with its name on axes and in tables.
 #[derive(Clone, Debug)]
@@ -41,6 +43,12 @@ impl Measure {
     #[must_use]
     pub fn of(&self, row: &Row) -> f64 {
         (self.value)(row)
+    }
+
+    /// The moments of the value and of R_MI in nats over some rows.
+    #[must_use]
+    pub fn moments(&self, rows: &[Row]) -> Moments {
+        statistics::moments(rows.iter().map(|row| (self.of(row), row.intrinsic_nats)))
     }
 
     /// Whether it's R_Loc, which each update has beside its task.

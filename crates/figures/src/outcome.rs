@@ -4,7 +4,7 @@
 //!
 //! The paper says that "more than half the instances did not make any significant progress" with
 //! the task's reward alone, and that "sometimes the performance drops sharply", and defines neither.
-//! Here, with the run's window of W updates and windows counted back from a cell's end:
+//! Here, with the run's window of W updates, in whole rows, and windows counted back from a cell's end:
 //!
 //! - The *gain* of a window is its mean minus that of the cell's first W updates; G is the
 //!   largest gain of all windows of all cells of the run.
@@ -15,7 +15,7 @@
 //! - A cell made significant progress if its last window shows it.
 //! - It *collapsed* if its best window shows it, and its last one has less than half of that gain.
 //!
-//! With fewer than 2 W updates, or W = 1, neither can be told.
+//! With fewer than 2 W updates, or W of one row, neither can be told.
 
 use std::ops::Range;
 
@@ -65,8 +65,8 @@ impl Outcome {
     /// Fills in the run's window and the outcomes of all cells.
     pub(super) fn evaluate(run: &mut Results) {
         let longest = run.longest();
-        let window = tenth_of(longest as u64) as usize;
-        run.window = window;
+        let window = (tenth_of(longest as u64) as usize / run.every).max(1);
+        run.window = window * run.every;
         let gain = |cell: &CellResults| {
             let values = &cell.performance;
             let windows = Windows::of(values, window);

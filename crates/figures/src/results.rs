@@ -8,7 +8,7 @@ use std::{
     sync::atomic::{AtomicUsize, Ordering},
 };
 
-use runs::{Cell, CellFolder, Recording, Row, Run};
+use runs::{Cell, CellFolder, Moments, Recording, Row, Run};
 
 use super::{Contacts, Error, Measure, Outcome, choice, curves::Thinned};
 
@@ -25,8 +25,10 @@ pub struct Results {
     /// The settings that have a cell with an update, in the order of the sweep.
     pub settings: Vec<Setting>,
     /// Updates of the first and of the last window, by which cells are judged: a tenth of those
-    /// of the longest cell, at least 1.
+    /// of the longest cell, in whole rows, at least one.
     pub window: usize,
+    /// Updates that a row is the mean of: 1, but in a published run.
+    pub every: usize,
 }
 
 /// The cells of one setting.
@@ -38,7 +40,7 @@ pub struct Setting {
     pub cells: Vec<CellResults>,
 }
 
-/// What a cell has recorded. Its columns have one value an update, at least one.
+/// What a cell has recorded. Its columns have one value a row, at least one.
 #[derive(Clone, Debug)]
 pub struct CellResults {
     /// The name of its folder, `xi=0.75/seed=3`.
@@ -55,6 +57,8 @@ pub struct CellResults {
     pub performance: Vec<f64>,
     /// All columns of the metrics, in their order, as thin as they're drawn.
     pub(crate) columns: Vec<Thinned>,
+    /// Of what it's judged by, and R_MI, over its single updates.
+    pub(crate) moments: Moments,
     /// The outcome of its training so far.
     pub outcome: Outcome,
     /// The feet of the last control steps; only read for cells that [`best_and_median`] has.
@@ -101,9 +105,14 @@ impl Results {
     ) -> Result<(Self, Vec<Omitted>), Error> {
         let folder = run.folder();
         let cells = &run.manifest().cells;
+        let published = run.manifest().published.as_ref();
+        let every = published.map_or(1, |it| usize::try_from(it.every).unwrap_or(usize::MAX));
         let n_read = AtomicUsize::new(0);
         let all = runs::parallel::map(cells, |cell| {
-            let read = CellResults::read(cell, run.cell(cell), &measure, rows);
+            let read = rows(cell).and_then(|rows| {
+                let moments = published.and_then(|it| it.cells[cell.index].moments);
+                CellResults::of(cell, run.cell(cell), &measure, (rows, every, moments))
+            });
             progress(n_read.fetch_add(1, Ordering::Relaxed) + 1, cells.len());
             read
         });
@@ -126,7 +135,7 @@ impl Results {
         if settings.is_empty() {
             return Err(Error::Empty { folder: folder.into(), omitted });
         }
-        let mut read = Self { folder: folder.into(), measure, settings, window: 1 };
+        let mut read = Self { folder: folder.into(), measure, settings, window: 1, every };
         Outcome::evaluate(&mut read);
         read.read_contacts(&mut omitted);
         Ok((read, omitted))
@@ -146,6 +155,16 @@ impl Results {
     #[must_use]
     pub fn longest(&self) -> usize {
         self.cells().map(CellResults::updates).max().unwrap_or(0)
+    }
+
+    /// Rows of the longest cell.
+    pub(crate) fn longest_rows(&self) -> usize {
+        self.cells().map(|cell| cell.performance.len()).max().unwrap_or(0)
+    }
+
+    /// [`Results::window`] in rows.
+    pub(crate) fn window_rows(&self) -> usize {
+        self.window / self.every
     }
 
     /// Only of those that may be drawn: a recording has some megabytes.
@@ -173,21 +192,22 @@ impl Setting {
 }
 
 impl CellResults {
-    /// The number of updates done.
+    /// The number of updates done; those that don't fill a row are counted too.
     #[must_use]
     pub fn updates(&self) -> usize {
-        self.performance.len()
+        self.moments.n as usize
     }
 
-    /// None if there's no update yet.
-    fn read(
+    /// Of rows, each the mean of `every` updates, and of the single updates' moments where they're
+    /// known. None if there's no row yet.
+    fn of(
         cell: &Cell,
         folder: CellFolder,
         measure: &Measure,
-        rows: &(dyn Fn(&Cell) -> Result<Vec<Row>, runs::Error> + Sync),
+        (rows, every, moments): (Vec<Row>, usize, Option<Moments>),
     ) -> Result<Option<Self>, runs::Error> {
-        let rows = rows(cell)?;
-        if let Some(what) = rows.iter().enumerate().find_map(|(i, row)| wrong(i, row, measure)) {
+        let find = |(i, row)| wrong(i, row, every, measure);
+        if let Some(what) = rows.iter().enumerate().find_map(find) {
             return Err(runs::Error::Damaged { path: folder.metrics(), what });
         }
         let column = |of: fn(&Row) -> f64| rows.iter().map(of).collect();
@@ -199,6 +219,7 @@ impl CellResults {
             intrinsic_nats: column(|row| row.intrinsic_nats),
             performance: rows.iter().map(|row| measure.of(row)).collect(),
             columns: Thinned::of(&rows),
+            moments: moments.unwrap_or_else(|| measure.moments(&rows)),
             outcome: Outcome::default(),
             contacts: None,
         }))
@@ -206,9 +227,10 @@ impl CellResults {
 }
 
 /// What is wrong with the row `i`, counted from 0, if anything.
-fn wrong(i: usize, row: &Row, measure: &Measure) -> Option<String> {
-    if row.update != i as u64 + 1 {
-        return Some(format!("line {}: update {} expected, got {}", i + 2, i + 1, row.update));
+fn wrong(i: usize, row: &Row, every: usize, measure: &Measure) -> Option<String> {
+    let update = (i as u64 + 1).saturating_mul(every as u64);
+    if row.update != update {
+        return Some(format!("line {}: update {update} expected, got {}", i + 2, row.update));
     }
     let values = [
         ("R", row.reward),

@@ -45,8 +45,8 @@ const MARGIN: f64 = 44.0;
 const GAP: f64 = 12.0;
 
 fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
-    let w = (run.longest() / WINDOWS).max(1);
-    let step = run.longest().div_ceil(POINTS.min(ALL_POINTS / run.cells().count()).max(10));
+    let w = (run.longest_rows() / WINDOWS).max(1);
+    let step = run.longest_rows().div_ceil(POINTS.min(ALL_POINTS / run.cells().count()).max(10));
     let curve = |cell: &CellResults| -> Vec<(f64, f64)> {
         let column = |values: &[f64]| sliding_means(values, w, step);
         let pairs = column(&cell.performance).into_iter().zip(column(&cell.intrinsic_nats));
@@ -67,7 +67,7 @@ fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
     let title = run.settings.iter().map(lines).max().unwrap_or(1) as f64 * TITLE_LINE + 28.0;
     let band = title + height + BELOW + 30.0;
     let n_bands = n.div_ceil(n_columns) as f64;
-    let notes = run.with_caveat(vec![note(run, w)]);
+    let notes = run.with_caveat(vec![note(run, w * run.every)]);
     let caption = FIGURE.caption_with(run, &notes);
     paint(&FIGURE, n_bands * band + notes_height(&notes) + 12.0, caption, |area| {
         for (i, (setting, curves)) in run.settings.iter().zip(&curves).enumerate() {

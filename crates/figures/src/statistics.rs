@@ -7,6 +7,7 @@
 //! | interval | percentile bootstrap, cells drawn with replacement within each stratum |
 //! | probability of improvement | P(X > Y) + P(X = Y) / 2 over all pairs (Mann and Whitney 1947) |
 //! | Pearson | r = sum (x - mx)(y - my) / sqrt(sum (x - mx)^2 sum (y - my)^2) |
+//! | share | Wilson's score interval (JASA 22, 1927) |
 //! | Welch | t = (ma - mb) / sqrt(va / na + vb / nb), degrees of freedom of Welch and Satterthwaite |
 //! | paired | t = m / (s / sqrt(n)) of n differences, n - 1 degrees of freedom (Student, Biometrika 6, 1908) |
 //!
@@ -18,6 +19,7 @@ use rand_chacha::{
     ChaCha8Rng,
     rand_core::{Rng, SeedableRng},
 };
+use runs::Moments;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Of all bootstraps: the same runs give the same intervals.
@@ -119,23 +121,58 @@ pub fn bootstrap(
     Interval { low, high }
 }
 
-/// The sample correlation of pairs; none if there are fewer than two or one side is constant.
-pub fn pearson(pairs: impl Iterator<Item = (f64, f64)> + Clone) -> Option<f64> {
-    let (mut n, mut mean_x, mut mean_y) = (0.0, 0.0, 0.0);
+/// The moments of pairs (x, y), gone through twice.
+#[must_use]
+pub fn moments(pairs: impl Iterator<Item = (f64, f64)> + Clone) -> Moments {
+    let mut of = Moments::default();
     for (x, y) in pairs.clone() {
-        n += 1.0;
-        mean_x += (x - mean_x) / n;
-        mean_y += (y - mean_y) / n;
+        of.n += 1;
+        let n = of.n as f64;
+        of.means = [of.means[0] + (x - of.means[0]) / n, of.means[1] + (y - of.means[1]) / n];
     }
-    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
     for (x, y) in pairs {
-        let (x, y) = (x - mean_x, y - mean_y);
-        xx += x * x;
-        xy += x * y;
-        yy += y * y;
+        let (x, y) = (x - of.means[0], y - of.means[1]);
+        of.sums = [of.sums[0] + x * x, of.sums[1] + x * y, of.sums[2] + y * y];
     }
+    of
+}
+
+/// The moments of two samples together (Chan, Golub and LeVeque 1979).
+#[must_use]
+pub fn together(a: Moments, b: Moments) -> Moments {
+    let n = a.n + b.n;
+    if a.n == 0 || b.n == 0 {
+        return if a.n == 0 { b } else { a };
+    }
+    let share = b.n as f64 / n as f64;
+    let [x, y] = [0, 1].map(|i| b.means[i] - a.means[i]);
+    let weight = a.n as f64 * share;
+    let between = [x * x * weight, x * y * weight, y * y * weight];
+    Moments {
+        n,
+        means: [a.means[0] + x * share, a.means[1] + y * share],
+        sums: std::array::from_fn(|i| a.sums[i] + b.sums[i] + between[i]),
+    }
+}
+
+/// The sample correlation; none of fewer than two pairs, or if one side is constant.
+#[must_use]
+pub fn pearson(moments: Moments) -> Option<f64> {
+    let [xx, xy, yy] = moments.sums;
     let r = xy / (xx.sqrt() * yy.sqrt());
     r.is_finite().then(|| r.clamp(-1.0, 1.0))
+}
+
+/// The 95 % interval of a share of which `n_true` of `n` were found: Wilson's score interval, which
+/// has a width also where all or none were.
+#[must_use]
+pub fn wilson(n_true: usize, n: usize) -> Interval {
+    const Z: f64 = 1.959_963_984_540_054;
+    let (share, n) = (n_true as f64 / n as f64, n as f64);
+    let middle = share + Z * Z / (2.0 * n);
+    let half = Z * (share * (1.0 - share) / n + Z * Z / (4.0 * n * n)).sqrt();
+    let [low, high] = [middle - half, middle + half].map(|end| end / (1.0 + Z * Z / n));
+    Interval { low: low.max(0.0), high: high.min(1.0) }
 }
 
 /// The probability, if both have the same mean, that `a` exceeds `b` as far or further by chance:
@@ -242,10 +279,42 @@ mod tests {
     fn pearson_is_the_normalised_covariance() {
         let y = [3.0, 2.0, 5.0, 4.0, 6.0];
         let pairs = (1..=5).map(f64::from).zip(y);
-        is_near(pearson(pairs.clone()).unwrap(), 0.8);
-        is_near(pearson(pairs.map(|(x, y)| (x, -y))).unwrap(), -0.8);
-        assert_eq!(pearson([(1.0, 2.0)].into_iter()), None);
-        assert_eq!(pearson([(1.0, 2.0), (2.0, 2.0)].into_iter()), None);
+        let of = |pairs: &[(f64, f64)]| pearson(moments(pairs.iter().copied()));
+        is_near(pearson(moments(pairs.clone())).unwrap(), 0.8);
+        is_near(pearson(moments(pairs.map(|(x, y)| (x, -y)))).unwrap(), -0.8);
+        assert_eq!(of(&[(1.0, 2.0)]), None);
+        assert_eq!(of(&[(1.0, 2.0), (2.0, 2.0)]), None);
+        assert_eq!(of(&[]), None);
+    }
+
+    #[test]
+    fn moments_of_parts_are_those_of_the_whole() {
+        let pairs: Vec<_> = (0..20).map(|i| (f64::from(i * i % 7), f64::from(i % 5))).collect();
+        let of = |pairs: &[(f64, f64)]| moments(pairs.iter().copied());
+        let whole = of(&pairs);
+        let parts = [0..3, 3..3, 3..12, 12..20].map(|part| of(&pairs[part]));
+        let found = parts.into_iter().fold(Moments::default(), together);
+        assert_eq!(found.n, 20);
+        for i in 0..2 {
+            is_near(found.means[i], whole.means[i]);
+        }
+        for i in 0..3 {
+            is_near(found.sums[i], whole.sums[i]);
+        }
+    }
+
+    /// As R has it: prop.test(x, n, correct = FALSE).
+    #[test]
+    fn a_share_has_wilsons_interval() {
+        let near = |found: Interval, low: f64, high: f64| {
+            assert!(
+                (found.low - low).abs() < 5e-5 && (found.high - high).abs() < 5e-5,
+                "{found:?}"
+            );
+        };
+        near(wilson(6, 8), 0.4093, 0.9285);
+        near(wilson(8, 8), 0.6756, 1.0);
+        near(wilson(0, 30), 0.0, 0.1135);
     }
 
     /// Means 4 and 2, variances 4 and 1, n = 3: t = 2 / sqrt(5/3) = 1.549, and the degrees of freedom

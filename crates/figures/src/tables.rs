@@ -7,11 +7,14 @@
 //! | `improvement` | two settings: how probably the first is better |
 //! | `correlation` | a setting, and all: Pearson's r of what the run is judged by and R_MI |
 
+use runs::Moments;
+
 use super::{
     CellResults, Results, Setting,
+    numbers::three_digits,
     statistics::{
         FEWEST_FOR_INTERVAL, Interval, bootstrap, interquartile_mean, mean, pearson,
-        probability_of_improvement, quantile, sorted,
+        probability_of_improvement, quantile, sorted, together,
     },
 };
 
@@ -54,20 +57,37 @@ fn number(value: f64) -> String {
 
 /// A statistic of some cells, with its interval if they are enough for one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Estimate {
-    pub(super) value: f64,
-    pub(super) interval: Option<Interval>,
+pub struct Estimate {
+    /// The statistic of the cells.
+    pub value: f64,
+    /// Its 95 % interval; none of fewer than 6 cells.
+    pub interval: Option<Interval>,
+}
+
+/// Whether all strata have so many values that an interval can be told.
+pub(super) fn enough_for_interval(strata: &[&[f64]]) -> bool {
+    strata.iter().all(|stratum| stratum.len() >= FEWEST_FOR_INTERVAL)
+}
+
+impl std::fmt::Display for Estimate {
+    /// With three digits: `0.0812 [0.0743, 0.0880]`.
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(&three_digits(self.value))?;
+        match self.interval.map(|it| [it.low, it.high].map(three_digits)) {
+            Some([low, high]) => write!(formatter, " [{low}, {high}]"),
+            None => Ok(()),
+        }
+    }
 }
 
 impl Estimate {
     /// Of some strata of cells.
-    fn of<const N: usize>(
+    pub(super) fn of<const N: usize>(
         strata: [&[f64]; N],
         n_replicates: usize,
         statistic: impl Fn([&[f64]; N]) -> f64,
     ) -> Self {
-        let enough = strata.iter().all(|stratum| stratum.len() >= FEWEST_FOR_INTERVAL);
-        let interval = enough.then(|| {
+        let interval = enough_for_interval(&strata).then(|| {
             bootstrap(&strata, n_replicates, |drawn| {
                 statistic(std::array::from_fn(|i| drawn[i].as_slice()))
             })
@@ -220,25 +240,22 @@ pub(super) fn improvement(run: &Results) -> Table {
 
 /// Pearson's r of what the run is judged by and R_MI, over all updates of some settings' cells.
 pub(super) fn correlation_of(settings: &[Setting]) -> Option<f64> {
+    pearson(moments_of(settings))
+}
+
+/// Over all updates of some settings' cells.
+fn moments_of(settings: &[Setting]) -> Moments {
     let cells = settings.iter().flat_map(|setting| &setting.cells);
-    pearson(
-        cells.flat_map(|cell| {
-            cell.performance.iter().copied().zip(cell.intrinsic_nats.iter().copied())
-        }),
-    )
+    cells.map(|cell| cell.moments).fold(Moments::default(), together)
 }
 
 pub(super) fn correlation(run: &Results) -> Table {
     let r = format!("pearson_{}_R_MI", run.measure.symbol);
     let header = vec!["setting".into(), "updates".into(), r];
     let row = |name: &str, settings: &[Setting]| {
-        let cells = settings.iter().flat_map(|setting| &setting.cells);
-        let updates: usize = cells.map(CellResults::updates).sum();
-        vec![
-            name.to_owned(),
-            updates.to_string(),
-            correlation_of(settings).map_or(String::new(), number),
-        ]
+        let moments = moments_of(settings);
+        let r = pearson(moments).map_or(String::new(), number);
+        vec![name.to_owned(), moments.n.to_string(), r]
     };
     let each = run.settings.iter().map(|it| row(&it.name, std::slice::from_ref(it)));
     let rows = each.chain([row("all", &run.settings)]).collect();

@@ -11,7 +11,7 @@ use std::{
 use anyhow::Context;
 use figures::{Measure, Omitted, Results};
 use policy::Start;
-use runs::{CellFolder, CellStatus, Expected, FileCopy, Row, Run};
+use runs::{CellFolder, CellStatus, Expected, FileCopy, PublishedCell, Row, Run};
 use svenja::Morphology;
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -66,7 +66,7 @@ impl RunCell {
 
     /// A row as if its file had all columns: one from before there was `task` has the numbers that
     /// the tasks of then were made of.
-    fn completed(&self, row: Row) -> Row {
+    pub(crate) fn completed(&self, row: Row) -> Row {
         let experiment = &self.cell.experiment;
         let task = match experiment.reward.extrinsic.kind() {
             _ if !row.task.is_nan() => row.task,
@@ -182,12 +182,28 @@ impl Catalogue {
         models::read(&self.run, cell.model, &cell.cell.experiment.robot)
     }
 
-    /// All rows of a cell, as [`CellFolder::rows`], with the task's value in each.
+    /// Updates that a row is the mean of: 1, but in a published run.
+    #[must_use]
+    pub fn every(&self) -> u64 {
+        self.run.manifest().published.as_ref().map_or(1, |published| published.every)
+    }
+
+    /// What was published of a cell; none in a run's own folder.
+    #[must_use]
+    pub fn published(&self, cell: &RunCell) -> Option<&PublishedCell> {
+        self.run.manifest().published.as_ref()?.cells.get(cell.cell.index)
+    }
+
+    /// All rows of a cell, as [`CellFolder::rows`] or [`CellFolder::published_rows`], with the task's
+    /// value in each.
     ///
     /// # Errors
-    /// As [`CellFolder::rows`].
+    /// As these.
     pub fn rows(&self, cell: &RunCell) -> Result<Vec<Row>, runs::Error> {
-        let mut rows = self.expecting(cell, |expected| cell.folder.rows(expected))?;
+        let mut rows = match self.published(cell) {
+            Some(published) => cell.folder.published_rows(published)?,
+            None => self.expecting(cell, |expected| cell.folder.rows(expected))?,
+        };
         rows.iter_mut().for_each(|row| *row = cell.completed(*row));
         Ok(rows)
     }
@@ -230,21 +246,28 @@ impl Catalogue {
     /// That a cell's checkpoint and metrics can be believed; what is derived from them then can, too.
     ///
     /// # Errors
-    /// As [`CellFolder::header`].
+    /// As [`CellFolder::header`] or [`CellFolder::published_rows`].
     pub fn check(&self, cell: &RunCell) -> Result<(), runs::Error> {
-        self.expecting(cell, |expected| cell.folder.header(expected)).map(|_| ())
+        match self.published(cell) {
+            Some(published) => cell.folder.published_rows(published).map(drop),
+            None => self.expecting(cell, |expected| cell.folder.header(expected)).map(drop),
+        }
     }
 
     /// Where the cells stand, by index. One that can't be read doesn't hide the others.
     #[must_use]
     pub fn status(&self) -> Vec<CellStatus> {
         runs::parallel::map(&self.cells, |cell| {
-            let look = self.expecting(cell, |expected| cell.folder.inspect(expected));
+            let updates = cell.cell.experiment.learning.updates;
+            let look = match self.published(cell) {
+                Some(published) => cell.folder.published_state(published, updates),
+                None => self.expecting(cell, |expected| cell.folder.inspect(expected)),
+            };
             let look = look.map(|(state, saved_updates, latest)| {
                 (state, saved_updates, latest.map(|row| cell.completed(row)))
             });
             let listed = &self.run.manifest().cells[cell.cell.index];
-            CellStatus::new(listed, cell.cell.experiment.learning.updates, look)
+            CellStatus::new(listed, updates, look)
         })
     }
 

@@ -73,6 +73,24 @@ process is at is left to it (exit code 75).")]
 
 docs/figures.md says what each figure and table shows.")]
     Plot(Plot),
+    /// Say which of the paper's statements hold in a run over several xi, and how sure that is
+    #[command(after_help = "Example:
+  itarl findings runs/figure2
+
+docs/figures.md says how each is judged.")]
+    Findings {
+        /// The run's folder
+        #[arg(value_hint = ValueHint::DirPath)]
+        run: PathBuf,
+    },
+    /// Put what others need of a run into a small folder, to be read and not to go on from
+    #[command(after_help = "Example:
+  itarl publish runs/figure2 --out experiments/results/figure2
+  itarl report experiments/results/figure2
+
+It has the settings, curves as means over some updates, the policies, and the recordings of each
+setting's best and median cell. What reads a run reads it, too.")]
+    Publish(Publish),
     /// Print the complete settings of an experiment file
     #[command(
         disable_help_flag = true,
@@ -229,6 +247,20 @@ pub struct Plot {
     /// The two best cells in feet, in place of the best and the median one
     #[arg(long)]
     pub two_best: bool,
+}
+
+/// The arguments of `itarl publish`.
+#[derive(Debug, Args)]
+pub struct Publish {
+    /// The run's folder, finished or not
+    #[arg(value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub run: PathBuf,
+    /// The folder that's made
+    #[arg(long, value_name = "FOLDER", value_hint = ValueHint::DirPath)]
+    pub out: PathBuf,
+    /// Updates that a row is the mean of [default: so many that the longest cell has up to 300 rows]
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u64).range(1..))]
+    pub every: Option<u64>,
 }
 
 /// A kind of picture file.

@@ -32,8 +32,14 @@ pub fn of_recording(
 pub fn of_cell(catalogue: &Catalogue, cell: &RunCell) -> anyhow::Result<Clip> {
     let path = cell.folder.replay();
     let name = || path.display().to_string();
-    let recording = Recording::read(&path)?
-        .with_context(|| format!("{}: there's none before the first checkpoint", name()))?;
+    let why_none = match catalogue.published(cell) {
+        None => "there's none before the first checkpoint",
+        Some(_) => {
+            "published are those of each setting's best and median cell; --policy learned shows \
+                    what another one does"
+        }
+    };
+    let recording = Recording::read(&path)?.with_context(|| format!("{}: {why_none}", name()))?;
     let morphology = catalogue.morphology(cell)?;
     let cell = &cell.cell;
     let title = format!("{}, seed {}", cell.setting, cell.seed);

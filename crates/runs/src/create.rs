@@ -56,6 +56,7 @@ impl Run {
             make(folder, new, &manifest)?;
         }
         let run = Self::open(folder)?;
+        run.require_unpublished()?;
         let path = run.experiment_path();
         let settings = Settings::read(&path, run.experiment())?;
         let mut differences = settings.differences(&Settings::read(&path, &new.experiment)?);
@@ -84,6 +85,7 @@ impl NewRun {
             policies: copies(&self.policies),
             seeds: self.seeds.clone(),
             cells: self.cells.clone(),
+            published: None,
         };
         manifest.check().map_err(|what| {
             Error::argument("Run::create", "the run", "one with usable names", what)
@@ -120,7 +122,7 @@ fn make(folder: &Path, new: &NewRun, manifest: &Manifest) -> Result<(), Error> {
 }
 
 /// A link to a folder stays, and the run takes the place of what it leads to.
-fn followed(folder: &Path) -> Result<PathBuf, Error> {
+pub(super) fn followed(folder: &Path) -> Result<PathBuf, Error> {
     match folder.canonicalize() {
         Ok(target) if folder.is_symlink() => Ok(target),
         Err(_) if folder.is_symlink() => {
@@ -132,7 +134,7 @@ fn followed(folder: &Path) -> Result<PathBuf, Error> {
 }
 
 /// Why a run couldn't take the place of a folder.
-fn untaken(folder: &Path, cause: io::Error) -> Error {
+pub(super) fn untaken(folder: &Path, cause: io::Error) -> Error {
     let path = folder.into();
     match cause.kind() {
         io::ErrorKind::ResourceBusy => {
@@ -144,18 +146,23 @@ fn untaken(folder: &Path, cause: io::Error) -> Error {
     }
 }
 
+/// An empty folder beside others, removed again if it isn't kept.
+pub(super) fn temporary(parent: &Path, prefix: &str) -> Result<tempfile::TempDir, Error> {
+    tempfile::Builder::new()
+        .prefix(prefix)
+        .rand_bytes(RANDOM)
+        .permissions(Permissions::from_mode(0o777))
+        .tempdir_in(parent)
+        .at(parent, "making a temporary folder in it")
+}
+
 fn fill(
     parent: &Path,
     prefix: &str,
     new: &NewRun,
     manifest: &Manifest,
 ) -> Result<tempfile::TempDir, Error> {
-    let temporary = tempfile::Builder::new()
-        .prefix(prefix)
-        .rand_bytes(RANDOM)
-        .permissions(Permissions::from_mode(0o777))
-        .tempdir_in(parent)
-        .at(parent, "making a temporary folder in it")?;
+    let temporary = temporary(parent, prefix)?;
     let make = |name| {
         let folder = temporary.path().join(name);
         fs::create_dir(&folder).at(&folder, "making the folder").map(|()| folder)
@@ -176,7 +183,7 @@ fn fill(
 
 /// Temporary folders are of no use once the run is there: they are of killed processes, or of those
 /// that have lost the race and will find that out. What can't be removed harms nobody.
-fn remove_leftovers(parent: &Path, prefix: &str) {
+pub(super) fn remove_leftovers(parent: &Path, prefix: &str) {
     let entries = fs::read_dir(parent).into_iter().flatten().filter_map(io::Result::ok);
     // And not those of another run, whose name goes on as the prefix does.
     let is_one = |name: &str| name.strip_prefix(prefix).is_some_and(|rest| rest.len() == RANDOM);

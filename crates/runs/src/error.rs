@@ -79,6 +79,18 @@ pub enum Error {
         /// In what, at least one.
         differences: Vec<Difference>,
     },
+    /// A published run, where one to go on with was asked for.
+    #[error(
+        "{}: a published run, to be read: it has means over {every} updates and no checkpoints, so \
+         nothing can go on from it; go on with the run that it was made of, or choose another folder",
+        path.display()
+    )]
+    Published {
+        /// The folder.
+        path: PathBuf,
+        /// The number of updates that a row is the mean of.
+        every: u64,
+    },
     /// Fewer updates than the run has.
     #[error(
         "{}: learning.updates: {there} there, {here} here: a run can be extended, not cut short",

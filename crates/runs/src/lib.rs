@@ -12,6 +12,7 @@
 //! | `appended.rs` | [`Appended`]: a file that only grows, cut back to its checkpoint |
 //! | `replay/` | [`Recording`]: the last control steps; [`Ring`]: as they're kept while training |
 //! | `record.rs`, `status.rs` | a cell as a reader may believe it; [`CellStatus`]: where it stands |
+//! | `publish.rs` | [`Publication`]: what others need of a run, in a small folder; [`Published`]: what is read of it |
 //! | `lock.rs`, `atomic.rs` | [`Lock`]: one writer at a time; [`atomic`]: whole files |
 //! | `error.rs` | [`Error`]: which file, what was being done, what to do about it |
 //! | `parallel.rs` | many cells read at a time |
@@ -46,6 +47,7 @@ mod lock;
 mod manifest;
 mod metrics;
 pub mod parallel;
+mod publish;
 mod record;
 mod replay;
 mod row;
@@ -61,7 +63,8 @@ pub use error::{Difference, Error};
 pub use lock::{Lock, is_locked};
 pub use manifest::{Bullet, Cell, FileCopy, Hash, MODELS, Manifest, POLICIES, Precision};
 pub use metrics::{read_all, read_last};
-pub use replay::{Layout, Recording, Ring, Step, TENSORS};
+pub use publish::{Moments, Publication, Published, PublishedCell};
+pub use replay::{Layout, Packing, Recording, Ring, Step, TENSORS};
 pub use row::{COLUMNS, Column, Row, header_line};
 pub use run::{MANIFEST, Run};
 pub use status::{CellStatus, Inspection, State};

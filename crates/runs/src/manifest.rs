@@ -7,10 +7,12 @@ use std::{
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
-use super::{Difference, Error};
+use super::{Difference, Error, Published};
 
 /// Version of the run folder's format.
 pub(crate) const FORMAT: u64 = 1;
+/// Version of a published folder's format: readers of runs alone refuse it.
+pub(crate) const PUBLISHED_FORMAT: u64 = 2;
 
 /// The folder of the copies of models.
 pub const MODELS: &str = "models";
@@ -18,7 +20,7 @@ pub const MODELS: &str = "models";
 pub const POLICIES: &str = "policies";
 
 /// What a run is made of. Written once, when the run folder appears.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
     /// Version of the run folder's format.
@@ -38,6 +40,9 @@ pub struct Manifest {
     pub seeds: Vec<u64>,
     /// The cells, in the order of their indices.
     pub cells: Vec<Cell>,
+    /// What was published of each cell; none in a run's own folder.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub published: Option<Published>,
 }
 
 /// A physics engine: results are the same bits for the same one only.
@@ -123,7 +128,7 @@ impl Manifest {
     pub(crate) fn decode(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
         let damaged = |error: serde_json::Error| Error::damaged(path, error.to_string());
         let Format { format: found } = serde_json::from_slice(bytes).map_err(damaged)?;
-        if found != FORMAT {
+        if ![FORMAT, PUBLISHED_FORMAT].contains(&found) {
             return Err(Error::Version { path: path.into(), found, expected: FORMAT });
         }
         let manifest: Self = serde_json::from_slice(bytes).map_err(damaged)?;
@@ -146,7 +151,12 @@ impl Manifest {
             }
         }
         check_copies("model", "models", &self.models)?;
-        check_copies("policy", "policies", &self.policies)
+        check_copies("policy", "policies", &self.policies)?;
+        let is_published = self.published.is_some();
+        if is_published != (self.format == PUBLISHED_FORMAT) {
+            return Err(format!("format {} and `published` don't go together", self.format));
+        }
+        self.published.as_ref().map_or(Ok(()), |published| published.check(self.cells.len()))
     }
 
     /// The hashes of all copies, by where they are in the run.
@@ -243,6 +253,7 @@ mod tests {
             policies: Vec::new(),
             seeds: vec![1, 2],
             cells: vec![cell(0, "xi=0.75", 1), cell(1, "xi=0.75", 2)],
+            published: None,
         }
     }
 
@@ -270,8 +281,13 @@ mod tests {
         refused("325", "x", "damaged: expected value at line 5 column 16");
         refused(
             "\"format\": 1",
-            "\"format\": 2, \"more\": 1",
-            "format version 2, and this program reads 1: go on with the itarl that wrote it",
+            "\"format\": 3, \"more\": 1",
+            "format version 3, and this program reads 1: go on with the itarl that wrote it",
+        );
+        refused(
+            "\"format\": 1",
+            "\"format\": 2",
+            "damaged: format 2 and `published` don't go together",
         );
         refused("\"index\": 1", "\"index\": 3", "damaged: cell 1 has index 3");
         for name in ["..", "/etc", "a/b", "a/", ".", ""] {

@@ -1,18 +1,20 @@
 //! A row of `metrics.csv`, and the columns that a file may have.
 //!
-//! To add a column: a field at the end of [`Row`], with the default that says that it's absent, and
-//! a line at the end of [`COLUMNS`]. Files that were begun before it go on without it.
+//! To add a column: a field at the end of [`Row`], with the default that says that it's absent, a line
+//! in [`Row::mean`], and a line at the end of [`COLUMNS`]. Files that were begun before it go on without
+//! it.
 
 use std::io;
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
-/// One update. Unless it says otherwise, a value is the mean over the update's control steps.
+/// One update, or the mean of several. Unless it says otherwise, a value is the mean over the update's
+/// control steps.
 ///
 /// The fields' order is that of [`COLUMNS`]. A value of a column that the file doesn't have is NaN.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
-    /// Number of the update, from 1.
+    /// Number of the update, from 1; of several, that of the last one.
     pub update: u64,
     /// Control steps done by its end.
     pub control_steps: u64,
@@ -41,10 +43,13 @@ pub struct Row {
     pub net_displacement_m: f64,
     /// How far the heading turned over the update, rad, counter-clockwise.
     pub heading_change_rad: f64,
-    /// How often a part that shouldn't touched the ground: control steps times parts, a sum.
-    pub penalised_contacts: u64,
-    /// How many readings lay outside of their range, a sum.
-    pub clipped_readings: u64,
+    /// How often a part that shouldn't touched the ground: control steps times parts, a sum over the
+    /// update.
+    #[serde(serialize_with = "count")]
+    pub penalised_contacts: f64,
+    /// How many readings lay outside of their range, a sum over the update.
+    #[serde(serialize_with = "count")]
+    pub clipped_readings: f64,
     /// Euclidean norm of the parameters after the update.
     pub parameter_norm: f64,
     /// Euclidean norm of the gradient that the update followed.
@@ -56,6 +61,52 @@ pub struct Row {
 
 fn absent() -> f64 {
     f64::NAN
+}
+
+/// A whole number has no decimals; the mean of some need not be whole.
+fn count<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+    let whole = *value as u64;
+    match whole as f64 == *value {
+        true => serializer.serialize_u64(whole),
+        false => serializer.serialize_f64(*value),
+    }
+}
+
+/// To seven significant digits.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.6e}").parse().unwrap_or(value)
+}
+
+impl Row {
+    /// The mean of some updates that follow each other, at least one, numbered as the last of them.
+    /// That of several has seven significant digits: more is noise, and twice as long in a file.
+    #[must_use]
+    pub fn mean(rows: &[Self]) -> Self {
+        let mean = |value: fn(&Self) -> f64| {
+            let mean = rows.iter().map(value).sum::<f64>() / rows.len() as f64;
+            if rows.len() == 1 { mean } else { rounded(mean) }
+        };
+        let last = rows.last().copied().unwrap_or_default();
+        Self {
+            update: last.update,
+            control_steps: last.control_steps,
+            reward: mean(|row| row.reward),
+            intrinsic_nats: mean(|row| row.intrinsic_nats),
+            intrinsic_nats_corrected: mean(|row| row.intrinsic_nats_corrected),
+            intrinsic: mean(|row| row.intrinsic),
+            advance_m: mean(|row| row.advance_m),
+            extrinsic: mean(|row| row.extrinsic),
+            penalty: mean(|row| row.penalty),
+            xi: mean(|row| row.xi),
+            net_displacement_m: mean(|row| row.net_displacement_m),
+            heading_change_rad: mean(|row| row.heading_change_rad),
+            penalised_contacts: mean(|row| row.penalised_contacts),
+            clipped_readings: mean(|row| row.clipped_readings),
+            parameter_norm: mean(|row| row.parameter_norm),
+            gradient_norm: mean(|row| row.gradient_norm),
+            task: mean(|row| row.task),
+        }
+    }
 }
 
 /// A column of `metrics.csv`.
@@ -96,8 +147,8 @@ pub const COLUMNS: [Column; 17] = [
     column("xi", "the task's share \u{3be}", "0 to 1", |row| row.xi),
     column("net_displacement_m", "net displacement", "m per update", |row| row.net_displacement_m),
     column("heading_change_rad", "turn of the heading", "rad per update", |row| row.heading_change_rad),
-    column("penalised_contacts", "penalised contacts", "count per update", |row| row.penalised_contacts as f64),
-    column("clipped_readings", "readings out of range", "count per update", |row| row.clipped_readings as f64),
+    column("penalised_contacts", "penalised contacts", "count per update", |row| row.penalised_contacts),
+    column("clipped_readings", "readings out of range", "count per update", |row| row.clipped_readings),
     column("parameter_norm", "norm of the parameters", "", |row| row.parameter_norm),
     column("gradient_norm", "norm of the gradient", "", |row| row.gradient_norm),
     column("task", "the task's own value", "", |row| row.task),
@@ -189,6 +240,28 @@ mod tests {
             csv::Reader::from_reader(text.as_bytes()).deserialize().next().unwrap().unwrap();
         let values: Vec<_> = COLUMNS.iter().map(|column| (column.value)(&row) as usize).collect();
         assert_eq!(values, (1..=COLUMNS.len()).collect::<Vec<_>>());
+    }
+
+    /// Every column of the mean is the mean of the columns; what counts is that of the last row.
+    #[test]
+    fn a_mean_is_numbered_as_its_last_row() {
+        let row = |from: usize| -> Row {
+            let line = (0..COLUMNS.len()).map(|i| (from + 3 * i).to_string());
+            let text = header_line() + &line.collect::<Vec<_>>().join(",");
+            csv::Reader::from_reader(text.as_bytes()).deserialize().next().unwrap().unwrap()
+        };
+        let mean = Row::mean(&[row(1), row(2)]);
+        for (i, column) in COLUMNS.iter().enumerate() {
+            let expected = 3.0 * i as f64 + if i < 2 { 2.0 } else { 1.5 };
+            assert_eq!((column.value)(&mean), expected, "{}", column.name);
+        }
+        assert_eq!(Row::mean(&[row(7)]), row(7));
+        let thirds = [0.0, 0.0, 1.0].map(|task| Row { task, ..row(0) });
+        assert_eq!((Row::mean(&thirds).task, Row::mean(&thirds[..1]).task), (0.333_333_3, 0.0));
+        // Counts that are whole are written as before there were others.
+        let line =
+            Columns::all().line(&Row { penalised_contacts: 2.0, clipped_readings: 0.5, ..row(0) });
+        assert!(line.unwrap().contains(",2,0.5,"));
     }
 
     #[test]

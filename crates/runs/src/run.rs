@@ -10,7 +10,7 @@ use std::{
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::{
-    Bullet, Cell, CellFolder, Difference, Error, FileCopy, Hash, Lock, Manifest, atomic,
+    Bullet, Cell, CellFolder, Difference, Error, FileCopy, Hash, Lock, Manifest, Published, atomic,
     manifest::{MODELS, POLICIES},
     settings::Settings,
 };
@@ -64,6 +64,19 @@ impl Run {
     /// [`Error::Differs`]
     pub fn require(&self, bullet: Bullet) -> Result<(), Error> {
         self.refuse(self.manifest.bullet.differences(bullet))
+    }
+
+    /// Refuses to go on with what was published: there's nothing to go on from.
+    ///
+    /// # Errors
+    /// [`Error::Published`]
+    pub fn require_unpublished(&self) -> Result<(), Error> {
+        match self.manifest.published {
+            None => Ok(()),
+            Some(Published { every, .. }) => {
+                Err(Error::Published { path: self.folder.clone(), every })
+            }
+        }
     }
 
     /// Refuses what isn't as the run was made.

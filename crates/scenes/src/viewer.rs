@@ -1,11 +1,12 @@
 //! The 3-D viewer of a page: clips packed as JSON for `assets/viewer/*.js`, which draws them with
 //! three.js, and the markup that it works on.
 //!
-//! Poses are packed in 16 bits a number: positions as steps from the middle of the box that the clip
-//! covers, quaternions in 1/32767. [`Packed::precision`] says what that means in m and degrees.
+//! Poses are packed in 16 bits a number ([`Packing`]); [`Packed::precision`] says what that means in m
+//! and degrees.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use maud::{Markup, html};
+use runs::Packing;
 use serde::Serialize;
 use svenja::{Body, Morphology, Shape};
 
@@ -74,8 +75,8 @@ struct PackedClip {
     seconds_per_frame: f64,
     /// Of the first frame, from the beginning of the first step.
     first_frame_s: f64,
-    centre_m: [f64; 3],
-    step_m: [f64; 3],
+    #[serde(flatten)]
+    packing: Packing,
     poses: String,
     contacts: String,
     terms: Vec<PackedTerm>,
@@ -109,12 +110,8 @@ impl Packed {
     /// How far a drawn position may be from the recorded one, in m, and an orientation in degrees.
     #[must_use]
     pub fn precision(&self) -> [f64; 2] {
-        let steps = self.clips.iter().flat_map(|clip| clip.step_m);
-        let largest = steps.fold(0.0, f64::max);
-        // Half a step in each of x, y and z; half a step in each of a quaternion's four numbers,
-        // which turns by twice its length.
-        let turn = 2.0 * (4.0_f64.sqrt() * 0.5 / f64::from(i16::MAX));
-        [0.5 * largest * 3.0_f64.sqrt(), turn.to_degrees()]
+        let positions = self.clips.iter().map(|clip| clip.packing.position_m());
+        [positions.fold(0.0, f64::max), Packing::TURN_RAD.to_degrees()]
     }
 
     /// As the content of a `<script>`: nothing in it can end the element.
@@ -289,8 +286,8 @@ fn pack(group: &str, label: &str, model: usize, clip: &Clip, most_bytes: usize) 
     let chosen = selection.frames(clip).flat_map(|frame| {
         recording.poses[frame * n_bodies * POSE..][..n_bodies * POSE].chunks_exact(POSE)
     });
-    let (centre_m, step_m) = covered(chosen.clone());
-    let numbers = chosen.flat_map(|pose| quantised(pose, centre_m, step_m));
+    let packing = Packing::covering(chosen.clone());
+    let numbers = chosen.flat_map(|pose| packing.pack(pose));
     let first = recording.first_control_step + first_step as u64;
     let last = recording.first_control_step + recording.n_steps as u64;
     PackedClip {
@@ -302,41 +299,11 @@ fn pack(group: &str, label: &str, model: usize, clip: &Clip, most_bytes: usize) 
         seconds_per_step: layout.frames_per_step as f64 * layout.seconds_per_frame,
         seconds_per_frame: every as f64 * layout.seconds_per_frame,
         first_frame_s: clip.seconds(first_frame) - before,
-        centre_m,
-        step_m,
+        packing,
         poses: STANDARD.encode(numbers.flat_map(i16::to_le_bytes).collect::<Vec<_>>()),
         contacts: STANDARD.encode(&recording.contacts[first_step * n_bodies..]),
         terms: terms(clip, first_step),
     }
-}
-
-/// The middle of the box around all positions, and 1/32767 of half its size.
-fn covered<'a>(poses: impl Iterator<Item = &'a [f32]>) -> ([f64; 3], [f64; 3]) {
-    let mut low = [f64::INFINITY; 3];
-    let mut high = [f64::NEG_INFINITY; 3];
-    for pose in poses {
-        for i in 0..3 {
-            low[i] = low[i].min(f64::from(pose[i]));
-            high[i] = high[i].max(f64::from(pose[i]));
-        }
-    }
-    let middle = std::array::from_fn(|i| 0.5 * (low[i] + high[i]));
-    let step = std::array::from_fn(|i| (0.5 * (high[i] - low[i]) / f64::from(i16::MAX)).max(1e-9));
-    (middle, step)
-}
-
-fn quantised(pose: &[f32], centre: [f64; 3], step: [f64; 3]) -> [i16; POSE] {
-    let length =
-        pose[3..].iter().map(|&value| f64::from(value) * f64::from(value)).sum::<f64>().sqrt();
-    std::array::from_fn(|i| {
-        let value = f64::from(pose[i]);
-        // Within the range but for roundings; `as` cuts off what is beyond.
-        let scaled = match i {
-            0..3 => (value - centre[i]) / step[i],
-            _ => value / length * f64::from(i16::MAX),
-        };
-        scaled.round() as i16
-    })
 }
 
 /// What the strip shows of the reward: all of it, then task and information by themselves, and the
@@ -383,7 +350,9 @@ mod tests {
         for (i, (pose, recorded)) in
             numbers.chunks(POSE).zip(clip.recording().poses.chunks(POSE)).enumerate()
         {
-            let at = |axis: usize| it.centre_m[axis] + it.step_m[axis] * f64::from(pose[axis]);
+            let at = |axis: usize| {
+                it.packing.centre_m[axis] + it.packing.step_m[axis] * f64::from(pose[axis])
+            };
             let off: f64 = (0..3).map(|axis| (at(axis) - f64::from(recorded[axis])).powi(2)).sum();
             assert!(off.sqrt() <= position, "{i}: {off}");
             let dot: f64 =

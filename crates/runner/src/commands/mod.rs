@@ -1,8 +1,10 @@
 //! What the commands do, one file each.
 
 mod bench;
+mod findings;
 mod model;
 mod plot;
+mod publish;
 mod replay;
 mod report;
 mod rollout;
@@ -23,6 +25,7 @@ use config::{Problem, Problems};
 use figures::plain;
 
 use crate::{
+    catalogue::Catalogue,
     cli::{Cli, Command, ExperimentFile},
     experiment::Plan,
     progress::notify,
@@ -63,6 +66,8 @@ pub fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Summary(arguments) => summary::summary(&arguments),
         Command::Plot(arguments) => plot::plot(&arguments),
         Command::Config(arguments) => settings::config(arguments),
+        Command::Findings { run } => findings::findings(&run),
+        Command::Publish(arguments) => publish::publish(&arguments),
         Command::Rollout(arguments) => rollout::rollout(&arguments),
         Command::Report { run } => report::report(&run),
         Command::Replay(arguments) => replay::replay(&arguments),
@@ -84,6 +89,15 @@ fn open(arguments: &ExperimentFile) -> Result<Plan, Problems> {
         notify(format_args!("{place}: warning: {message}"));
     }
     Ok(plan)
+}
+
+/// What a published run is, where the run is one.
+fn published_note(catalogue: &Catalogue) -> Option<String> {
+    let published = catalogue.run().manifest().published.as_ref()?;
+    Some(match published.every {
+        1 => "published, to be read: it has no checkpoints".into(),
+        n => format!("published, to be read: a row is a mean over {n} updates; no checkpoints"),
+    })
 }
 
 /// Prints a text and a line break.

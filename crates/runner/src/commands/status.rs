@@ -6,7 +6,7 @@ use comfy_table::{CellAlignment, Table, presets::ASCII_MARKDOWN};
 use figures::Measure;
 use runs::{CellStatus, Row, State};
 
-use super::{Outcome, print_line};
+use super::{Outcome, print_line, published_note};
 use crate::catalogue::Catalogue;
 
 pub(super) fn status(folder: &Path) -> anyhow::Result<Outcome> {
@@ -14,6 +14,7 @@ pub(super) fn status(folder: &Path) -> anyhow::Result<Outcome> {
     let (cells, measure) = (catalogue.status(), catalogue.measure());
     print_line(table(&cells, &measure))?;
     print_line(summary(&cells))?;
+    published_note(&catalogue).iter().try_for_each(print_line)?;
     measure.caveat.iter().try_for_each(print_line)?;
     let broken = |cell: &&CellStatus| matches!(cell.state, State::Failed(_) | State::Unreadable(_));
     for cell in cells.iter().filter(broken) {

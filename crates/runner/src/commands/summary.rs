@@ -15,7 +15,7 @@ use figures::{
 };
 use runs::Row;
 
-use super::{Outcome, print_line};
+use super::{Outcome, print_line, published_note};
 use crate::{
     catalogue::{Catalogue, RunCell},
     cli::{Summary, Updates},
@@ -31,7 +31,8 @@ struct Windows {
 
 pub(super) fn summary(arguments: &Summary) -> anyhow::Result<Outcome> {
     let catalogue = Catalogue::open(&arguments.run)?;
-    let measure = catalogue.measure();
+    let (measure, every) = (catalogue.measure(), catalogue.every());
+    require_whole(arguments, every)?;
     let mut outcome = Outcome::Done;
     let mut settings: BTreeMap<usize, (String, Vec<Windows>)> = BTreeMap::new();
     let mut windows = None;
@@ -47,15 +48,11 @@ pub(super) fn summary(arguments: &Summary) -> anyhow::Result<Outcome> {
                 continue;
             }
         };
-        let [early, late] = *windows.get_or_insert_with(|| chosen(arguments, rows.len() as u64));
-        let (Some(first), Some(second)) =
-            (means(&rows, &measure, early), means(&rows, &measure, late))
-        else {
-            print_line(format_args!(
-                "{}: left out, it has {} updates",
-                path.display(),
-                rows.len()
-            ))?;
+        let n = rows.len() as u64 * every;
+        let [early, late] = *windows.get_or_insert_with(|| chosen(arguments, n, every));
+        let mean = |window| means(&rows, &measure, window, every);
+        let (Some(first), Some(second)) = (mean(early), mean(late)) else {
+            print_line(format_args!("{}: left out, it has {n} updates", path.display()))?;
             continue;
         };
         let known = settings.values().position(|(setting, _)| *setting == cell.setting);
@@ -75,13 +72,30 @@ pub(super) fn summary(arguments: &Summary) -> anyhow::Result<Outcome> {
         "p: one-sided paired t-test of {}, late above early, over a setting's seeds; - of one seed",
         measure.symbol
     ))?;
+    published_note(&catalogue).iter().try_for_each(print_line)?;
     measure.caveat.iter().try_for_each(print_line)?;
     Ok(outcome)
 }
 
-/// As asked, or the first and the last tenth of so many updates.
-fn chosen(arguments: &Summary, n: u64) -> [Updates; 2] {
-    let tenth = tenth_of(n);
+/// That windows which are asked for have whole rows, of so many updates each.
+fn require_whole(arguments: &Summary, every: u64) -> anyhow::Result<()> {
+    let is_whole = |window: &Updates| window.first % every == 1 % every && window.last % every == 0;
+    let windows = [("--early", arguments.early), ("--late", arguments.late)];
+    for (name, window) in windows.into_iter().filter_map(|(name, it)| Some((name, it?))) {
+        if !is_whole(&window) {
+            bail!(
+                "{name} must have whole rows, which are means over {every} updates in this published \
+                 run, as in 1-{}, got {window}",
+                2 * every
+            );
+        }
+    }
+    Ok(())
+}
+
+/// As asked, or the first and the last tenth of so many updates, in whole rows.
+fn chosen(arguments: &Summary, n: u64, every: u64) -> [Updates; 2] {
+    let tenth = (tenth_of(n) / every).max(1) * every;
     [
         arguments.early.unwrap_or(Updates { first: 1, last: tenth }),
         arguments.late.unwrap_or(Updates { first: n + 1 - tenth.min(n), last: n }),
@@ -89,12 +103,12 @@ fn chosen(arguments: &Summary, n: u64) -> [Updates; 2] {
 }
 
 /// Of R_MI in nats and of the measure; none if an update is missing.
-fn means(rows: &[Row], measure: &Measure, window: Updates) -> Option<(f64, f64)> {
+fn means(rows: &[Row], measure: &Measure, window: Updates, every: u64) -> Option<(f64, f64)> {
     let inside = |row: &&Row| (window.first..=window.last).contains(&row.update);
     let rows: Vec<_> = rows.iter().filter(inside).collect();
     let mean_of =
         |of: &dyn Fn(&Row) -> f64| mean(&rows.iter().map(|row| of(row)).collect::<Vec<_>>());
-    (rows.len() as u64 == window.last + 1 - window.first)
+    (rows.len() as u64 * every == window.last + 1 - window.first)
         .then(|| (mean_of(&|row| row.intrinsic_nats), mean_of(&|row| measure.of(row))))
 }
 
@@ -180,7 +194,13 @@ mod tests {
         let row = |update| Row { update, task: update as f64, ..Row::default() };
         let turning = Measure::of_task("turning", "turning", "rad");
         let rows: Vec<_> = (1..=10).map(row).collect();
-        assert_eq!(means(&rows, &turning, Updates { first: 3, last: 5 }), Some((0.0, 4.0)));
-        assert_eq!(means(&rows, &turning, Updates { first: 9, last: 11 }), None);
+        let means_of = |first, last| means(&rows, &turning, Updates { first, last }, 1);
+        assert_eq!(means_of(3, 5), Some((0.0, 4.0)));
+        assert_eq!(means_of(9, 11), None);
+        // Of a published run: rows 4, 8, 12 are updates 1-4, 5-8 and 9-12.
+        let rows: Vec<_> = [4, 8, 12].map(row).into();
+        let means_of = |first, last| means(&rows, &turning, Updates { first, last }, 4);
+        assert_eq!(means_of(5, 12), Some((0.0, 10.0)));
+        assert_eq!(means_of(9, 16), None);
     }
 }

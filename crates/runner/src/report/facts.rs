@@ -37,6 +37,10 @@ pub(super) fn introduction(run: &Run, plan: &Plan, cells: &[CellStatus]) -> Mark
             dd { (time(plan, cells)) }
             dt { "model" }
             dd { (models.join(", ")) }
+            @if let Some(published) = &manifest.published {
+                dt { "published" }
+                dd { "with curves as means over " (published.every) " updates, and without checkpoints" }
+            }
             dt { "versions" }
             dd { "itarl " (manifest.itarl) ", Bullet " (bullet) " in " (precision) " precision" }
         }

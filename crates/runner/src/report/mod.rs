@@ -2,10 +2,11 @@
 //! robots in 3-D.
 //!
 //! It's made from the recorded files alone, and the same files give the same bytes. `facts.rs` says
-//! what was run, `tables.rs` has the numbers, [`Report::read`] chooses what is shown in 3-D: the best
+//! what was run, `tables.rs` has the numbers, `findings.rs` what the paper found, [`Report::read`] chooses what is shown in 3-D: the best
 //! and the median cell of each setting.
 
 mod facts;
+mod findings;
 mod tables;
 
 use std::path::Path;
@@ -132,6 +133,7 @@ impl Report {
             main {
                 h2 { "What came of it" }
                 (tables::all(&self.results))
+                (findings::section(&self.results))
                 @if !self.replays.is_empty() {
                     h2 { "The robots" }
                     p .faint {

@@ -1,7 +1,7 @@
 //! The tables of `itarl plot`, readable: short numbers, each with the file's own one behind it
 //! (`<data value>`), which is what copying scripts and tests read.
 
-use figures::{Measure, Results, Table, capitalised};
+use figures::{Measure, Results, Table, capitalised, three_digits};
 use maud::{Markup, html};
 
 /// The summary first; what has a row for each cell is folded.
@@ -85,15 +85,7 @@ fn short(number: f64, value: &str) -> String {
     if !value.contains(['.', 'e', 'E']) {
         return value.to_owned();
     }
-    let text = match number.abs() {
-        0.0 => "0".to_owned(),
-        size if !(1e-5..1e6).contains(&size) => format!("{number:.2e}"),
-        size => {
-            let before = (size.log10().floor() as i32).max(-5);
-            format!("{number:.*}", usize::try_from(2 - before).unwrap_or(0))
-        }
-    };
-    text.replace('-', "\u{2212}")
+    three_digits(number).replace('-', "\u{2212}")
 }
 
 #[cfg(test)]

@@ -67,8 +67,8 @@ pub(super) fn row<'a>(
         xi,
         net_displacement_m: net_displacement_m / n_worlds,
         heading_change_rad: sum.heading_change_rad / n_worlds,
-        penalised_contacts: sum.penalised_contacts,
-        clipped_readings: sum.clipped_readings,
+        penalised_contacts: sum.penalised_contacts as f64,
+        clipped_readings: sum.clipped_readings as f64,
         task,
         ..Row::default()
     }

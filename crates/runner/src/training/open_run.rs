@@ -89,6 +89,7 @@ impl OpenRun {
     }
 
     fn of(run: Run) -> anyhow::Result<Self> {
+        run.require_unpublished()?;
         run.require(this_bullet())?;
         let catalogue = Catalogue::of(run)?;
         let morphologies = catalogue.morphologies()?;

@@ -1,9 +1,11 @@
 //! The last control steps as they were, for replay and rasters: kept in a ring of fixed size while
 //! a cell runs, written as safetensors.
 
+mod packing;
 mod recording;
 mod ring;
 
+pub use packing::Packing;
 pub use recording::{Recording, TENSORS};
 pub use ring::{Ring, Step};
 

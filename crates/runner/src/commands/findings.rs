@@ -1,0 +1,71 @@
+//! `itarl findings`: the paper's statements, and what a run says to each.
+
+use std::path::Path;
+
+use comfy_table::{CellAlignment, Table, presets::ASCII_MARKDOWN};
+use figures::{Findings, Group, Measure, STATISTICS, three_digits};
+
+use super::{Outcome, print_line, published_note};
+use crate::{
+    catalogue::Catalogue,
+    progress::{Counter, notify},
+};
+
+pub(super) fn findings(folder: &Path) -> anyhow::Result<Outcome> {
+    let counter = Counter::new(folder.display().to_string());
+    let catalogue = Catalogue::open(folder)?;
+    let (results, omitted) =
+        catalogue.results(&|done, total| counter.report(done, total, "cells read"))?;
+    counter.aside(|| omitted.iter().for_each(notify));
+    let findings = Findings::of(&results);
+    findings.groups.iter().try_for_each(|group| print_group(group, &results.measure))?;
+    for name in &findings.left_out {
+        print_line(format_args!("{name}: left out, since its xi changes"))?;
+    }
+    findings.notes.iter().try_for_each(print_line)?;
+    published_note(&catalogue).iter().try_for_each(print_line)?;
+    results.measure.caveat.iter().try_for_each(print_line)?;
+    Ok(if omitted.is_empty() { Outcome::Done } else { Outcome::Failed })
+}
+
+fn print_group(group: &Group, measure: &Measure) -> anyhow::Result<()> {
+    if !group.name.is_empty() {
+        print_line(&group.name)?;
+    }
+    print_line(table(group, measure))?;
+    if let Some(probability) = group.improvement {
+        print_line(format_args!(
+            "probability that a cell with xi = 0.75 ends higher than one with xi = 1: {probability}"
+        ))?;
+    }
+    if let Some(r) = group.correlation {
+        let symbol = &measure.symbol;
+        print_line(format_args!("r of {symbol} and R_MI over all updates: {r}"))?;
+    }
+    for (i, statement) in group.statements.iter().enumerate() {
+        print_line(format_args!("\n{}. {}: {}", i + 1, statement.text, statement.verdict))?;
+        for part in &statement.evidence {
+            print_line(format_args!("   {}", part.said()))?;
+        }
+    }
+    print_line("")
+}
+
+/// A row for each xi: what its cells came to.
+fn table(group: &Group, Measure { symbol, unit, .. }: &Measure) -> Table {
+    let mut table = Table::new();
+    let statistics = STATISTICS.map(|name| format!("{symbol} {name} {unit}"));
+    let header = ["xi", "cells"].map(str::to_owned).into_iter().chain(statistics);
+    let header = header.chain(["R_MI mean nats", "r of both"].map(str::to_owned));
+    table.load_preset(ASCII_MARKDOWN).set_header(header);
+    for mix in &group.mixes {
+        let numbers = [mix.xi.to_string(), mix.n.to_string()];
+        let estimates = mix.last.iter().chain([&mix.intrinsic_nats]).map(ToString::to_string);
+        let r = mix.correlation.map_or("-".into(), three_digits);
+        table.add_row(numbers.into_iter().chain(estimates).chain([r]));
+    }
+    for column in table.column_iter_mut() {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}
