@@ -8,7 +8,7 @@ use std::path::{Path, absolute};
 use anyhow::Context;
 use figures::{Measure, Omitted, Results};
 use policy::Start;
-use runs::{CellFolder, CellStatus, Expected, FileCopy, Row, Run};
+use runs::{CellFolder, CellStatus, Expected, FileCopy, Inspection, Row, Run};
 use svenja::Morphology;
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -229,8 +229,9 @@ impl Catalogue {
     pub fn status(&self) -> Vec<CellStatus> {
         runs::parallel::map(&self.cells, |cell| {
             let look = self.expecting(cell, |expected| cell.folder.inspect(expected));
-            let look = look.map(|(state, saved_updates, latest)| {
-                (state, saved_updates, latest.map(|row| cell.completed(row)))
+            let look = look.map(|seen| Inspection {
+                latest: seen.latest.map(|row| cell.completed(row)),
+                ..seen
             });
             let listed = &self.run.manifest().cells[cell.cell.index];
             CellStatus::new(listed, cell.cell.experiment.learning.updates, look)

@@ -1,10 +1,11 @@
 //! The command line: what can be typed, with an example for each command.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, time::Duration};
 
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint, builder::PossibleValuesParser};
 use clap_complete::Shell;
 use figures::FIGURES;
+use serde::Serialize;
 
 use crate::{experiment::known, training::SolverKind};
 
@@ -34,33 +35,47 @@ itarl config [OPTIONS] <FILE>
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Train all cells of an experiment file
-    #[command(after_help = "Example:
+    #[command(after_help = "Examples:
   itarl train experiments/quick.toml --set reward.mix.power=1 --out runs/power-1
+  itarl train experiments/figure2.toml --out /shared/figure2 --for 55m    # on each of many machines
 
 Ctrl-C, SIGTERM, SIGHUP or SIGUSR1 stop it at the next control step, with all saved (exit code 75);
-a second one, after a second or more, at once. The same command, or `itarl resume`, goes on.")]
+a second one, after a second or more, at once. The same command, or `itarl resume`, goes on.
+
+Started several times on one folder, on one machine or on many, each takes cells that nobody is at, in
+groups that fill its lanes, and ends when there's none left: with 75 if others are still at some.")]
     Train(Train),
     /// Go on with a run that was stopped or killed
     #[command(after_help = "Examples:
   itarl resume runs/quick
   itarl resume runs/quick --updates 2000    # and longer than it was meant to be")]
     Resume(Resume),
-    /// Train exactly one cell, for schedulers that spread a sweep
-    #[command(after_help = "Example:
+    /// Train these cells and no others, for schedulers that spread a sweep
+    #[command(after_help = "Examples:
   itarl train experiments/figure2.toml --list
   itarl cell experiments/figure2.toml --index 17 --out /shared/figure2
+  itarl cell experiments/figure2.toml --cells 0-15 --out /shared/figure2
+  itarl cell experiments/figure2.toml --task 1/10 --out /shared/figure2    # the first tenth
 
+All in one thread: 16 cells in its lanes take about as long as four do alone, one after the other.
 Several of these may share the folder: the first makes it, the others compare. A cell that another
 process is at is left to it (exit code 75).")]
     Cell(Cell),
-    /// Show where each cell of a run stands, also while it runs
+    /// Print a batch script that starts workers on a Slurm cluster; submit it with sbatch
     #[command(after_help = "Example:
-  itarl status runs/quick")]
-    Status {
-        /// The run's folder
-        #[arg(value_hint = ValueHint::DirPath)]
-        run: PathBuf,
-    },
+  itarl slurm experiments/figure2.toml --out /shared/figure2 --nodes 10 --time 1h | sbatch
+
+Each worker takes cells that nobody is at. One that is asked to stop, or leaves cells to others, is
+queued again, until all are done. docs/clusters.md tells more.")]
+    Slurm(Slurm),
+    /// Show where each cell of a run stands, also while it runs
+    #[command(after_help = "Examples:
+  itarl status runs/quick
+  itarl status runs/quick --watch=60         # until nothing is left to do
+  itarl status runs/quick --json | jq .pace  # docs/json.md has the shape
+
+Exit codes: 0 all cells are done; 75 some aren't yet; 1 some failed, or can't be read.")]
+    Status(Status),
     /// Show what was learned: early updates against late ones, for each setting
     #[command(after_help = "Example:
   itarl summary runs/quick --early 1-50 --late 200-300")]
@@ -183,18 +198,103 @@ pub struct Cell {
     /// What to train.
     #[command(flatten)]
     pub experiment: ExperimentFile,
-    /// Which cell, as `itarl train FILE --list` counts
-    #[arg(long)]
-    pub index: usize,
+    /// Which cells.
+    #[command(flatten)]
+    pub which: Which,
     /// The run's folder
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub out: PathBuf,
-    /// Stop after so many updates
-    #[arg(long, value_name = "UPDATES")]
-    pub stop_after: Option<u64>,
-    /// Who steps the world
+    /// How far it goes.
+    #[command(flatten)]
+    pub until: Until,
+    /// Who steps the worlds
     #[arg(long, value_enum, default_value_t)]
     pub solver: SolverKind,
+}
+
+/// Some cells of an experiment, as `itarl train FILE --list` counts them.
+#[derive(Debug, Args)]
+#[group(required = true, multiple = false)]
+pub struct Which {
+    /// A cell
+    #[arg(long, value_name = "N")]
+    pub index: Option<usize>,
+    /// Cells, as in 0-15 or 3,7,20-23
+    #[arg(long, value_name = "FIRST-LAST,...", value_delimiter = ',')]
+    pub cells: Vec<Cells>,
+    /// The K-th of N parts of all cells, K from 1, as array jobs count
+    #[arg(long, value_name = "K/N")]
+    pub task: Option<Task>,
+}
+
+/// Some cells in a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cells {
+    /// The first cell, counted from 0.
+    pub first: usize,
+    /// The last cell, which belongs to them.
+    pub last: usize,
+}
+
+/// One of some parts, about equally long, of all cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Task {
+    /// Which part, from 1.
+    pub number: usize,
+    /// How many parts there are.
+    pub of: usize,
+}
+
+/// The arguments of `itarl slurm`.
+#[derive(Debug, Args)]
+pub struct Slurm {
+    /// What to train.
+    #[command(flatten)]
+    pub experiment: ExperimentFile,
+    /// The run's folder, which all nodes see [default: runs/NAME for NAME.toml]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub out: Option<PathBuf>,
+    /// Workers, each on a node of its own or beside others
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    pub nodes: u16,
+    /// Cores of a worker [default: as many as all cells fill with their lanes, up to 16]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub cpus: Option<u16>,
+    /// Time of a job, as in 1h30m; what isn't done then is gone on with by the next one
+    #[arg(long, value_name = "TIME", default_value = "1h", value_parser = humantime::parse_duration)]
+    pub time: Duration,
+    /// Whose account pays
+    #[arg(long, value_name = "NAME")]
+    pub account: Option<String>,
+    /// Which nodes
+    #[arg(long, value_name = "NAME")]
+    pub partition: Option<String>,
+    /// One more option of sbatch, as in --sbatch=--qos=long
+    #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
+    pub sbatch: Vec<String>,
+}
+
+/// The arguments of `itarl status`.
+#[derive(Debug, Args)]
+pub struct Status {
+    /// The run's folder
+    #[arg(value_hint = ValueHint::DirPath)]
+    pub run: PathBuf,
+    /// Look again every so many seconds, until nothing is left to do
+    #[arg(long, value_name = "SECONDS", num_args = 0..=1, require_equals = true,
+        default_missing_value = "10", value_parser = clap::value_parser!(u64).range(1..))]
+    pub watch: Option<u64>,
+    /// How it's printed.
+    #[command(flatten)]
+    pub print: Print,
+}
+
+/// How results are printed.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct Print {
+    /// Print JSON, one object a line, in the shape that docs/json.md has
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// The arguments of `itarl summary`.
@@ -209,6 +309,9 @@ pub struct Summary {
     /// Late updates [default: the last tenth]
     #[arg(long, value_name = "FIRST-LAST")]
     pub late: Option<Updates>,
+    /// How it's printed.
+    #[command(flatten)]
+    pub print: Print,
 }
 
 /// Figures of a run.
@@ -241,7 +344,7 @@ pub enum Format {
 }
 
 /// Some updates in a row.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Updates {
     /// The first update, counted from 1.
     pub first: u64,
@@ -261,9 +364,21 @@ pub struct Work {
     /// Who steps the worlds
     #[arg(long, value_enum, default_value_t)]
     pub solver: SolverKind,
+    /// How far it goes.
+    #[command(flatten)]
+    pub until: Until,
+}
+
+/// How far a call goes. What it leaves is gone on with by the next one.
+#[derive(Debug, Args)]
+pub struct Until {
     /// Stop each cell after so many updates in this call
     #[arg(long, value_name = "UPDATES")]
     pub stop_after: Option<u64>,
+    /// Stop after so much time, as in 55m or 1h30m, with all saved [default: within a Slurm job,
+    /// shortly before it ends]
+    #[arg(long = "for", value_name = "TIME", value_parser = humantime::parse_duration)]
+    pub time: Option<Duration>,
 }
 
 /// A run without learning.
@@ -284,6 +399,9 @@ pub struct Rollout {
     /// learned, random, neutral, or a gait file [default: learned for a cell, neutral for a model]
     #[arg(long, value_name = "POLICY")]
     pub policy: Option<String>,
+    /// How it's printed.
+    #[command(flatten)]
+    pub print: Print,
 }
 
 /// The arguments of `itarl replay`.
@@ -353,6 +471,9 @@ pub enum Model {
         /// Model files
         #[arg(required = true, value_hint = ValueHint::FilePath)]
         files: Vec<PathBuf>,
+        /// How they're printed.
+        #[command(flatten)]
+        print: Print,
     },
 }
 
@@ -368,6 +489,44 @@ pub struct Bench {
     /// Worlds stepped at a time [default: as many as there are lanes]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub lanes: Option<u16>,
+    /// How it's printed.
+    #[command(flatten)]
+    pub print: Print,
+}
+
+impl std::str::FromStr for Cells {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parse = || {
+            let (first, last) = text.split_once('-').unwrap_or((text, text));
+            let (first, last) = (first.trim().parse().ok()?, last.trim().parse().ok()?);
+            (first <= last).then_some(Self { first, last })
+        };
+        parse().ok_or_else(|| format!("a cell or FIRST-LAST expected, as in 0-15, got {text}"))
+    }
+}
+
+impl std::str::FromStr for Task {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parse = || {
+            let (number, of) = text.split_once('/')?;
+            let (number, of) = (number.parse().ok()?, of.parse().ok()?);
+            (1..=of).contains(&number).then_some(Self { number, of })
+        };
+        parse().ok_or_else(|| format!("K/N expected, K from 1 to N, as in 1/10, got {text}"))
+    }
+}
+
+impl Task {
+    /// Its cells, of so many.
+    #[must_use]
+    pub fn cells(self, n: usize) -> std::ops::Range<usize> {
+        let begin = |number: usize| (number as u128 * n as u128 / self.of as u128) as usize;
+        begin(self.number - 1)..begin(self.number)
+    }
 }
 
 impl std::str::FromStr for Size {

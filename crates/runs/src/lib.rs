@@ -12,7 +12,8 @@
 //! | `appended.rs` | [`Appended`]: a file that only grows, cut back to its checkpoint |
 //! | `replay/` | [`Recording`]: the last control steps; [`Ring`]: as they're kept while training |
 //! | `record.rs`, `status.rs` | a cell as a reader may believe it; [`CellStatus`]: where it stands |
-//! | `lock.rs`, `atomic.rs` | [`Lock`]: one writer at a time; [`atomic`]: whole files |
+//! | `lock.rs`, `writer.rs` | [`Lock`]: one writer at a time; [`Writer`]: who that is |
+//! | `atomic.rs` | [`atomic`]: whole files |
 //! | `error.rs` | [`Error`]: which file, what was being done, what to do about it |
 //! | `parallel.rs` | many cells read at a time |
 //!
@@ -52,19 +53,21 @@ mod row;
 mod run;
 mod settings;
 mod status;
+mod writer;
 
 pub use appended::{Appended, Extent};
 pub use cell::{CellFolder, OpenCell, Snapshot};
 pub use checkpoint::{Checkpoint, Expected, Header};
 pub use create::NewRun;
 pub use error::{Difference, Error};
-pub use lock::{Lock, is_locked};
+pub use lock::{Lock, is_locked, require_locks};
 pub use manifest::{Bullet, Cell, FileCopy, Hash, MODELS, Manifest, POLICIES, Precision};
 pub use metrics::{read_all, read_last};
 pub use replay::{Layout, Recording, Ring, Step, TENSORS};
 pub use row::{COLUMNS, Column, Row, header_line};
 pub use run::{MANIFEST, Run};
 pub use status::{CellStatus, Inspection, State};
+pub use writer::{Signature, Writer};
 
 #[cfg(test)]
 mod tests {

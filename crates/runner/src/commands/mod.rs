@@ -1,12 +1,14 @@
 //! What the commands do, one file each.
 
 mod bench;
+mod json;
 mod model;
 mod plot;
 mod replay;
 mod report;
 mod rollout;
 mod settings;
+mod slurm;
 mod status;
 mod subject;
 mod summary;
@@ -59,7 +61,8 @@ pub fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Train(arguments) => train::train(&arguments),
         Command::Resume(arguments) => train::resume(&arguments),
         Command::Cell(arguments) => train::cell(&arguments),
-        Command::Status { run } => status::status(&run),
+        Command::Status(arguments) => status::status(&arguments),
+        Command::Slurm(arguments) => slurm::slurm(&arguments),
         Command::Summary(arguments) => summary::summary(&arguments),
         Command::Plot(arguments) => plot::plot(&arguments),
         Command::Config(arguments) => settings::config(arguments),

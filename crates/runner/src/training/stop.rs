@@ -51,6 +51,19 @@ impl StopSignal {
         Ok(stop)
     }
 
+    /// Told once so much time has passed, too.
+    ///
+    /// # Errors
+    /// If the system has no thread for it.
+    pub fn after(&self, time: Duration) -> io::Result<()> {
+        let told = self.clone();
+        let wait = move || {
+            thread::sleep(time);
+            told.0.store(true, Ordering::Relaxed);
+        };
+        thread::Builder::new().name("deadline".into()).spawn(wait).map(drop)
+    }
+
     /// Whether someone asked to stop.
     #[must_use]
     pub fn is_requested(&self) -> bool {
