@@ -289,7 +289,7 @@ fn a_forgotten_process_writes_nothing_into_another_run() {
     said.complains(&[text(&run), "no longer the folder that this process works in"]);
     assert_same(&tree(&run), &before);
     // Nothing of it is lost.
-    read(&["status"], &renamed).ends(DONE).prints(&["4 cells: 4 stopped"]);
+    read(&["status"], &renamed).ends(STOPPED).prints(&["4 cells: 4 stopped"]);
 }
 
 /// Paths are bytes; text is what some files and messages need.

@@ -256,3 +256,95 @@ fn a_second_worker_at_a_cell_is_never_silent() {
     end(second).ends(DONE);
     assert_same(&results(&run), &alone(&longer));
 }
+
+/// What was there keeps its numbers and its bytes, and what came later is what it would have been.
+#[test]
+fn a_run_grows_by_seeds_and_by_values() {
+    let folder = tempfile::tempdir().unwrap();
+    let [run, through] = ["run", "through"].map(|name| folder.path().join(name));
+    train(&run, &[]).ends(DONE);
+    let first = results(&run);
+    let more = ["--set", "sweep.seeds=3", "--set", r#"sweep."reward.mix.xi"=[0.5,0.75,1]"#];
+    train(&run, &[&more[..], &["--stop-after", "0"]].concat()).ends(STOPPED);
+    let grown = results(&run);
+    assert_same(
+        &grown.clone().into_iter().filter(|(name, _)| first.contains_key(name)).collect(),
+        &first,
+    );
+    let said = itarl(&["status", text(&run)]).ends(STOPPED).prints(&["9 cells: 4 done, 5 waiting"]);
+    for row in
+        ["|    0 | xi=0.75 |    1 |", "|    3 | xi=1    |    2 |", "|    4 | xi=0.5  |    1 |"]
+    {
+        assert!(said.out.contains(row), "{said:?}");
+    }
+    // A number is the same cell's as before, and in the list.
+    itarl(&[&["cell", CRAWLER, "--out", text(&run), "--index", "4"], &more[..]].concat())
+        .ends(DONE);
+    assert!(run.join("cells/xi=0.5/seed=1/checkpoint").exists());
+    let list = train(&run, &[&more[..], &["--list"]].concat()).ends(DONE);
+    assert!(list.out.contains("4\txi=0.5/seed=1\n"), "{list:?}");
+    itarl(&["resume", text(&run)]).ends(DONE).prints(&["9 of 9 cells done"]);
+    train(&through, &more).ends(DONE);
+    assert_same(&results(&run), &results(&through));
+    itarl(&["summary", text(&run)]).ends(DONE).prints(&["xi=0.5"]);
+    itarl(&["report", text(&run)]).ends(DONE);
+
+    let before = tree(&run);
+    for (set, complaint) in [
+        ("sweep.seeds=2", "cell 8: xi=1/seed=3 there, nothing here"),
+        ("learning.rate=3", "learning.rate: 1.0 there, 3.0 here"),
+        ("learning.updates=12", "learning.updates: 30 there, 12 here"),
+    ] {
+        train(&run, &[&more[..], &["--set", set]].concat()).ends(FAILED).complains(&[complaint]);
+    }
+    train(&run, &[&more[2..], &["--set", "sweep.seeds=4", "--set", "policy.samples=9"]].concat())
+        .ends(FAILED)
+        .complains(&["policy.samples: 8 there, 9 here"]);
+    assert_same(&tree(&run), &before);
+}
+
+#[test]
+fn a_run_that_many_let_grow_at_once_grows_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path().join("run");
+    train(&run, &["--set", "learning.updates=4"]).ends(DONE);
+    let words = [&train_words(&run, &SIXTEEN)[..], &["--set", "learning.updates=4"]].concat();
+    let workers: Vec<_> = (0..8).map(|_| start(&words)).collect();
+    for worker in workers {
+        let said = end(worker);
+        assert!([Some(DONE), Some(STOPPED)].contains(&said.code), "{said:?}");
+    }
+    itarl(&["status", text(&run)]).ends(DONE).prints(&["16 cells: 16 done"]);
+}
+
+#[test]
+fn runs_are_merged_with_the_bytes_that_they_have() {
+    let folder = tempfile::tempdir().unwrap();
+    let [one, other, both, through] =
+        ["one", "other", "both", "through"].map(|name| folder.path().join(name));
+    train(&one, &["--set", "sweep.seeds=[1,3]"]).ends(DONE);
+    let more = ["--set", "sweep.seeds=[2,3]", "--set", r#"sweep."reward.mix.xi"=[1,0.5]"#];
+    train(&other, &more).ends(DONE);
+    let merge = || itarl(&["merge", text(&one), text(&other), "--out", text(&both)]);
+    merge().ends(DONE).prints(&["7 of 9 cells are from 2 runs"]);
+    let merged = tree(&both);
+    // What it was killed in the middle of goes on.
+    fs::remove_file(both.join("cells/xi=1/seed=3/policy.safetensors")).unwrap();
+    merge().ends(DONE);
+    assert_same(&tree(&both), &merged);
+    itarl(&["status", text(&both)]).ends(STOPPED).prints(&["9 cells: 7 done, 2 waiting"]);
+    itarl(&["resume", text(&both)]).ends(DONE);
+    let all = ["--set", "sweep.seeds=3", "--set", r#"sweep."reward.mix.xi"=[0.75,1,0.5]"#];
+    train(&through, &all).ends(DONE);
+    assert_same(&results(&both), &results(&through));
+
+    fs::remove_dir_all(&both).unwrap();
+    let metrics = other.join("cells/xi=1/seed=3/policy.safetensors");
+    fs::write(&metrics, "else").unwrap();
+    merge().ends(FAILED).complains(&["cells/xi=1/seed=3/policy.safetensors", "other bytes"]);
+    fs::remove_dir_all(&other).unwrap();
+    train(&other, &["--set", "learning.rate=2"]).ends(DONE);
+    fs::remove_dir_all(&both).unwrap();
+    merge().ends(FAILED).complains(&[text(&other), "learning.rate: 1.0 there, 2.0 here"]);
+    assert!(!both.exists());
+}

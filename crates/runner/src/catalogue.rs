@@ -3,18 +3,24 @@
 //!
 //! Whoever trains and whoever reads begins here, so that both believe the same.
 
-use std::path::{Path, absolute};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::{Path, absolute},
+};
 
 use anyhow::Context;
 use figures::{Measure, Omitted, Results};
 use policy::Start;
-use runs::{CellFolder, CellStatus, Expected, FileCopy, Inspection, Row, Run};
+use runs::{
+    CELLS, CellFolder, CellStatus, Expected, FileCopy, Inspection, MODELS, Manifest, POLICIES, Row,
+    Run,
+};
 use svenja::Morphology;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::{
-    experiment::{Cell, Plan},
-    models, policies,
+    experiment::{self, Cell, Plan},
+    models,
 };
 
 /// A run, opened to be read or to be gone on with.
@@ -88,29 +94,20 @@ impl Catalogue {
     pub fn of(run: Run) -> anyhow::Result<Self> {
         let plan = Plan::written(&run.experiment_path(), run.experiment())?;
         let listed = run.manifest();
-        let damaged = |what| Err(runs::Error::damaged(&run.manifest_path(), what).into());
+        let damaged = |what: String| runs::Error::damaged(&run.manifest_path(), what);
         if let Some(what) = contradiction(&plan, listed) {
-            return damaged(what);
+            return Err(damaged(what).into());
         }
-        let (models, policies) = (models::paths(&run), policies::paths(&run));
-        let listed_at = |paths: &[String], path: &str| {
-            let index = paths.iter().position(|listed| listed == path);
-            index.ok_or_else(|| format!("it doesn't list {path}, which experiment.toml has"))
-        };
-        let mut cells = Vec::new();
-        for (cell, in_manifest) in plan.cells().iter().zip(&listed.cells) {
-            let model = listed_at(&models, &cell.experiment.model);
-            let initial = cell.experiment.initial().map(|path| listed_at(&policies, path));
-            let (model, initial) = match (model, initial.transpose()) {
-                (Ok(model), Ok(initial)) => (model, initial),
-                (Err(what), _) | (_, Err(what)) => return damaged(what),
-            };
-            let policy = initial.map(|index| &listed.policies[index]);
-            let identity = identity(cell, &listed.models[model], policy);
-            let folder = run.cell(in_manifest);
-            cells.push(RunCell { cell: cell.clone(), folder, identity, model, initial });
+        let mut cells = identified(run.folder(), &plan, listed).map_err(damaged)?;
+        let mut sorted = Vec::with_capacity(cells.len());
+        for in_manifest in &listed.cells {
+            // Each of them is there, as nothing contradicts.
+            let key = (in_manifest.setting.clone(), in_manifest.seed);
+            let Some(mut it) = cells.remove(&key) else { continue };
+            it.cell.index = in_manifest.index;
+            sorted.push(it);
         }
-        Ok(Self { run, plan, cells })
+        Ok(Self { run, plan, cells: sorted })
     }
 
     /// The run that a cell's folder is in, with the cell.
@@ -265,17 +262,48 @@ fn contradiction(plan: &Plan, manifest: &runs::Manifest) -> Option<String> {
         let [here, there] = [&manifest.seeds[..], plan.seeds()].map(|seeds| format!("{seeds:?}"));
         return Some(format!("the seeds are {here}, and in experiment.toml {there}"));
     }
-    let here = manifest.cells.iter().map(|cell| (cell.setting.as_str(), cell.seed));
-    let there = plan.cells().iter().map(|cell| (cell.setting.as_str(), cell.seed));
-    let name = |(setting, seed): (&str, u64)| format!("{setting}/seed={seed}");
-    if let Some((i, (here, there))) =
-        here.zip(there).enumerate().find(|(_, (here, there))| here != there)
-    {
-        let [here, there] = [here, there].map(name);
-        return Some(format!("cell {i} is {here}, and in experiment.toml {there}"));
+    // In any order: those that a run got later are behind the others.
+    let here: BTreeSet<_> =
+        manifest.cells.iter().map(|cell| (cell.setting.as_str(), cell.seed)).collect();
+    let there: BTreeSet<_> =
+        plan.cells().iter().map(|cell| (cell.setting.as_str(), cell.seed)).collect();
+    let name = |(setting, seed): &(&str, u64)| format!("{setting}/seed={seed}");
+    if let Some(cell) = here.difference(&there).next() {
+        return Some(format!("it lists cell {}, and experiment.toml has no such cell", name(cell)));
     }
-    let [here, there] = [manifest.cells.len(), plan.cells().len()];
-    (here != there).then(|| format!("it lists {here} cells, and experiment.toml has {there}"))
+    let missing = there.difference(&here).next();
+    missing.map(|cell| format!("it doesn't list cell {}, which experiment.toml has", name(cell)))
+}
+
+/// The cells of a plan, by setting and seed, for a run with these files in its folder; or what is
+/// missing there.
+pub(crate) fn identified(
+    folder: &Path,
+    plan: &Plan,
+    manifest: &Manifest,
+) -> Result<BTreeMap<(String, u64), RunCell>, String> {
+    let paths = |sub: &str, copies: &[FileCopy]| {
+        let path = |copy: &FileCopy| experiment::absolute(&folder.join(sub).join(&copy.file));
+        copies.iter().map(path).collect::<Vec<_>>()
+    };
+    let models = paths(MODELS, &manifest.models);
+    let policies = paths(POLICIES, &manifest.policies);
+    let listed_at = |paths: &[String], path: &str| {
+        let index = paths.iter().position(|listed| listed == path);
+        index.ok_or_else(|| format!("it doesn't list {path}, which experiment.toml has"))
+    };
+    let mut cells = BTreeMap::new();
+    for cell in plan.cells() {
+        let model = listed_at(&models, &cell.experiment.model)?;
+        let initial =
+            cell.experiment.initial().map(|path| listed_at(&policies, path)).transpose()?;
+        let policy = initial.map(|index| &manifest.policies[index]);
+        let identity = identity(cell, &manifest.models[model], policy);
+        let folder = CellFolder::new(folder.join(CELLS).join(cell.folder()));
+        let key = (cell.setting.clone(), cell.seed);
+        cells.insert(key, RunCell { cell: cell.clone(), folder, identity, model, initial });
+    }
+    Ok(cells)
 }
 
 /// Of setting, seed, files and all settings, wherever the run is and however far it goes.

@@ -76,6 +76,13 @@ queued again, until all are done. docs/clusters.md tells more.")]
 
 Exit codes: 0 all cells are done; 75 some aren't yet; 1 some failed, or can't be read.")]
     Status(Status),
+    /// Put runs of the same settings together: other seeds, other values, or cells of the same run
+    #[command(after_help = "Example:
+  itarl merge runs/seeds-1-8 runs/seeds-9-16 --out runs/seeds-1-16
+
+The runs stay as they are. A cell that two of them have must have the same bytes in both. The new run
+has all combinations of what they sweep; those that none of them has are trained by `itarl resume`.")]
+    Merge(Merge),
     /// Show what was learned: early updates against late ones, for each setting
     #[command(after_help = "Example:
   itarl summary runs/quick --early 1-50 --late 200-300")]
@@ -287,6 +294,17 @@ pub struct Status {
     /// How it's printed.
     #[command(flatten)]
     pub print: Print,
+}
+
+/// The arguments of `itarl merge`.
+#[derive(Debug, Args)]
+pub struct Merge {
+    /// The runs' folders
+    #[arg(required = true, value_name = "RUN", value_hint = ValueHint::DirPath)]
+    pub runs: Vec<PathBuf>,
+    /// The new run's folder
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub out: PathBuf,
 }
 
 /// How results are printed.

@@ -7,13 +7,12 @@
 
 use std::{
     collections::BTreeMap,
-    fs,
     path::{Path, PathBuf},
 };
 
 use super::{
     Appended, Checkpoint, Error, Expected, Header, Lock, Row, atomic,
-    atomic::sync_folder,
+    atomic::make_folder,
     error::At,
     metrics::read_columns,
     row::{Columns, header_line},
@@ -132,7 +131,7 @@ impl OpenCell {
         folder: CellFolder,
         expected: Expected,
     ) -> Result<(Self, Option<Checkpoint>), Error> {
-        make(folder.path())?;
+        make_folder(folder.path())?;
         let lock = Lock::acquire(&folder.lock())?;
         let checkpoint = Checkpoint::read(&folder.checkpoint(), expected)?;
         let metrics = match &checkpoint {
@@ -221,20 +220,6 @@ impl OpenCell {
     }
 }
 
-/// The folder, with its name and that of the folder around it forced to the disk.
-fn make(folder: &Path) -> Result<(), Error> {
-    if folder.is_dir() {
-        return Ok(());
-    }
-    fs::create_dir_all(folder).at(folder, "making the folder")?;
-    folder
-        .ancestors()
-        .skip(1)
-        .take(3)
-        .filter(|it| !it.as_os_str().is_empty())
-        .try_for_each(sync_folder)
-}
-
 /// Metrics with the first line alone. Exports without a checkpoint aren't a beginning: the
 /// checkpoint was lost, and the rows, which may be all that's left, stay.
 fn begin(folder: &CellFolder) -> Result<Appended, Error> {
@@ -246,6 +231,8 @@ fn begin(folder: &CellFolder) -> Result<Appended, Error> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
     use crate::{Signature, Writer, read_all, read_last};
 
@@ -272,8 +259,10 @@ mod tests {
         }
     }
 
+    /// All files but the lock, which says who was there.
     fn files(folder: &CellFolder) -> Vec<(String, Vec<u8>)> {
         let entries = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap());
+        let entries = entries.filter(|it| it.path() != folder.lock());
         let mut files: Vec<_> = entries
             .map(|it| (it.file_name().into_string().unwrap(), fs::read(it.path()).unwrap()))
             .collect();

@@ -5,7 +5,8 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `run.rs`, `create.rs`, `manifest.rs`, `settings.rs` | [`Run`]: the folder as a whole; [`NewRun`]: made by one rename; [`Manifest`]: what it's made of; what may differ from it |
+//! | `run.rs`, `create.rs`, `grow.rs` | [`Run`]: the folder as a whole; [`NewRun`]: made by one rename; with more cells |
+//! | `manifest.rs`, `settings.rs` | [`Manifest`]: what it's made of; what may differ from it |
 //! | `cell.rs` | [`CellFolder`]: a cell's files; [`OpenCell`]: writing them, and in which order |
 //! | `checkpoint.rs` | [`Checkpoint`]: the whole state, in an envelope that says whose it is |
 //! | `row.rs`, `metrics.rs` | [`Row`]: one update; [`COLUMNS`]: what is known of it; reading `metrics.csv` |
@@ -43,6 +44,7 @@ mod cell;
 mod checkpoint;
 mod create;
 mod error;
+mod grow;
 mod lock;
 mod manifest;
 mod metrics;
@@ -56,6 +58,7 @@ mod status;
 mod writer;
 
 pub use appended::{Appended, Extent};
+pub use atomic::make_folder;
 pub use cell::{CellFolder, OpenCell, Snapshot};
 pub use checkpoint::{Checkpoint, Expected, Header};
 pub use create::NewRun;
@@ -65,7 +68,7 @@ pub use manifest::{Bullet, Cell, FileCopy, Hash, MODELS, Manifest, POLICIES, Pre
 pub use metrics::{read_all, read_last};
 pub use replay::{Layout, Recording, Ring, Step, TENSORS};
 pub use row::{COLUMNS, Column, Row, header_line};
-pub use run::{MANIFEST, Run};
+pub use run::{CELLS, MANIFEST, Run};
 pub use status::{CellStatus, Inspection, State};
 pub use writer::{Signature, Writer};
 

@@ -59,10 +59,17 @@ impl Lock {
     /// # Errors
     /// If it can't be opened or locked.
     pub(crate) fn wait(path: &Path) -> Result<Self, Error> {
-        // NFS locks only what is open for writing.
-        let file = OpenOptions::new().read(true).write(true).open(path).at(path, "opening")?;
-        file.lock().map_err(|cause| refused(path, cause))?;
-        Ok(Self { path: path.into(), file })
+        loop {
+            // NFS locks only what is open for writing.
+            let file = OpenOptions::new().read(true).write(true).open(path).at(path, "opening")?;
+            file.lock().map_err(|cause| refused(path, cause))?;
+            let lock = Self { path: path.into(), file };
+            // Who had it may have put another file in its place.
+            match lock.require() {
+                Err(Error::Moved { .. }) => {}
+                held => return held.map(|()| lock),
+            }
+        }
     }
 
     /// Puts the name of this process into the file, with the updates that the cell has.

@@ -2,6 +2,7 @@
 
 mod bench;
 mod json;
+mod merge;
 mod model;
 mod plot;
 mod replay;
@@ -62,6 +63,7 @@ pub fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Resume(arguments) => train::resume(&arguments),
         Command::Cell(arguments) => train::cell(&arguments),
         Command::Status(arguments) => status::status(&arguments),
+        Command::Merge(arguments) => merge::merge(&arguments),
         Command::Slurm(arguments) => slurm::slurm(&arguments),
         Command::Summary(arguments) => summary::summary(&arguments),
         Command::Plot(arguments) => plot::plot(&arguments),

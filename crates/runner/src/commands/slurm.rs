@@ -6,7 +6,7 @@
 use std::{
     env,
     fmt::Write,
-    path::{Path, absolute},
+    path::{Path, PathBuf, absolute},
     time::Duration,
 };
 
@@ -76,7 +76,7 @@ fn script(arguments: &Slurm, plan: &Plan) -> anyhow::Result<String> {
     );
     options.extend(arguments.sbatch.iter().cloned());
 
-    let mut words = vec![text(&env::current_exe()?)?, "train".into(), text(&absolute(file)?)?];
+    let mut words = vec![text(&program()?)?, "train".into(), text(&absolute(file)?)?];
     words.extend(arguments.experiment.set.iter().flat_map(|set| ["--set".into(), set.clone()]));
     words.extend(["--out".into(), text(&out)?, "--threads".into(), cpus.to_string()]);
     let command = words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ");
@@ -119,10 +119,17 @@ fn memory_mib(plan: &Plan, worlds: usize) -> anyhow::Result<usize> {
     let poses = 7 * size_of::<f32>() * layout.frames_per_step * layout.bodies.len();
     let numbers = layout.sensors.len() + layout.actuators.len() + 2 * layout.terms.len();
     let step = poses + size_of::<f32>() * numbers + layout.bodies.len();
-    let saved = state.saturating_add(experiment.record.steps.saturating_mul(step));
+    let recorded = usize::try_from(experiment.record.steps).unwrap_or(usize::MAX);
+    let saved = state.saturating_add(recorded.saturating_mul(step));
     let cells = worlds.div_ceil(experiment.learning.worlds).min(plan.cells().len());
     let bytes = saved.saturating_mul(COPIES * cells);
     Ok(PROGRAM_MIB + WORLD_MIB * worlds + bytes.div_ceil(1 << 20))
+}
+
+/// Where the program is. One from an archive of `make dist` is started by a loader of its own, and told.
+fn program() -> anyhow::Result<PathBuf> {
+    let told = env::var_os("ITARL_PROGRAM").map(PathBuf::from);
+    told.map_or_else(|| env::current_exe().context("asking where the program is"), Ok)
 }
 
 /// As Slurm counts.

@@ -9,11 +9,12 @@ use std::{
 
 use anyhow::bail;
 use bullet::LockstepCounts;
-use runs::require_locks;
+use runs::{Run, require_locks};
 
 use super::{Outcome, open, print_line};
 use crate::{
     cli::{Cell, Cells, Resume, Train, Until, Which, Work},
+    experiment::Plan,
     progress::{self, notify},
     training::{
         Ending, How, Limits, OpenRun, RunCell, StopSignal, check_files, time_limit, train_all,
@@ -24,13 +25,27 @@ pub(super) fn train(arguments: &Train) -> anyhow::Result<Outcome> {
     let plan = open(&arguments.experiment)?;
     if arguments.list {
         check_files(&plan)?;
-        for (index, setting, seed) in plan.listing() {
-            print_line(format_args!("{index}\t{setting}/seed={seed}"))?;
-        }
-        return Ok(Outcome::Done);
+        return list(&plan, arguments.out.as_deref());
     }
     let out = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.experiment.file));
     work(&OpenRun::begin(&plan, &out)?, &arguments.work)
+}
+
+/// The cells with their numbers: those of the run, if it's there, whose later cells are behind the
+/// first, wherever the experiment has them.
+fn list(plan: &Plan, out: Option<&Path>) -> anyhow::Result<Outcome> {
+    let line = |index: usize, setting: &str, seed: u64| {
+        print_line(format_args!("{index}\t{setting}/seed={seed}"))
+    };
+    match out.filter(|out| out.join(runs::MANIFEST).exists()) {
+        Some(out) => {
+            let run = Run::open(out)?;
+            let mut cells = run.manifest().cells.iter();
+            cells.try_for_each(|cell| line(cell.index, &cell.setting, cell.seed))?;
+        }
+        None => plan.listing().try_for_each(|(index, setting, seed)| line(index, setting, seed))?,
+    }
+    Ok(Outcome::Done)
 }
 
 pub(super) fn resume(arguments: &Resume) -> anyhow::Result<Outcome> {
