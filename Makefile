@@ -21,7 +21,7 @@ help:
 	@echo "make test      all tests; those of the bindings with Bullet in double precision, too"
 	@echo "make docs      the tables of settings in docs/, from the code that reads them"
 	@echo "make crash-test  training killed at 200 random moments"
-	@echo "make workers-test  64 workers at the same moment, 100 times; 200 of them killed"
+	@echo "make workers-test  64 workers at the same moment, 100 times; 200 killed; 10,000 cells"
 	@echo "make cluster-test  workers on a Slurm cluster of two nodes on this machine (as root)"
 	@echo "make examples-test  what docs/clusters.md shows for Snakemake and GNU parallel"
 	@echo "make dist      an archive of the program that runs on any x86-64 Linux"
@@ -62,7 +62,7 @@ crash-test: setup
 	CRASHES=200 cargo test --release -p runner --test crash
 
 workers-test: setup
-	STARTS=100 CRASHES=200 cargo test --release -p runner --test workers
+	STARTS=100 CRASHES=200 CELLS=10000 cargo test --release -p runner --test workers
 
 # munged, slurmctld and two slurmd, all with their files in a temporary folder and on the loopback.
 cluster-test: PACKAGES += slurm-wlm munge

@@ -17,11 +17,17 @@ cp "$program" "$root/lib/itarl"
 strip "$root/lib/itarl"
 cc -static -Os -s -Wall -Wextra -Werror -o "$root/bin/itarl" dist/launcher.c
 
+# dpkg knows a file by the path that its package has, and /lib may be a link to /usr/lib.
+package_of() {
+  file=$(realpath "$1")
+  { dpkg-query --search "$file" || dpkg-query --search "${file#/usr}"; } 2>/dev/null | cut -d: -f1 | head -n 1
+}
+
 # "libm.so.6 => /lib/.../libm.so.6 (0x...)", and the loader, which has no arrow.
 libraries=$(ldd "$program" | sed -n 's/.*=> \(\/[^ ]*\) .*/\1/p; s/^[ \t]*\(\/[^ ]*\) (.*/\1/p')
 for library in $libraries; do
   cp --dereference "$library" "$root/lib/"
-  package=$(dpkg-query --search "$(realpath "$library")" | head -n 1 | cut -d: -f1)
+  package=$(package_of "$library")
   echo "$package $(dpkg-query --show --showformat='${Version}, source ${source:Package} ${source:Version}' "$package")"
   cp --dereference "/usr/share/doc/$package/copyright" "$root/licences/$package"
 done | sort -u >"$root/licences/debian-packages"

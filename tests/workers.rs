@@ -1,8 +1,9 @@
 //! Workers: processes on one run's folder, started and ended at any time, on as many machines as one
 //! likes. Each cell is trained once, and the bytes are those of one process.
 //!
-//! `STARTS` is how often 64 of them start at the same moment, `CRASHES` how many kills must hit.
-#![allow(clippy::unwrap_used, missing_docs)]
+//! `STARTS` is how often 64 of them start at the same moment, `CRASHES` how many kills must hit, `CELLS`
+//! how many cells a large run has.
+#![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
 mod common;
 
@@ -10,11 +11,12 @@ use std::{
     collections::BTreeMap,
     env,
     fs::{self, File, Permissions},
+    io::{BufRead, BufReader},
     os::unix::fs::PermissionsExt,
     path::{Path, PathBuf},
     process::{Child, Command},
     thread,
-    time::{Duration, SystemTime},
+    time::{Duration, Instant, SystemTime},
 };
 
 use common::*;
@@ -22,6 +24,8 @@ use rand_chacha::{
     ChaCha8Rng,
     rand_core::{Rng, SeedableRng},
 };
+use runner::catalogue::Catalogue;
+use runs::{CellFolder, Checkpoint};
 
 /// Sixteen small cells, in four groups.
 const SIXTEEN: [&str; 8] =
@@ -73,8 +77,7 @@ fn many_that_start_at_the_same_moment_make_one_run_and_no_cell_twice() {
 /// Three at work at any time, until all is done.
 #[test]
 fn killed_beside_others_they_end_with_the_same_bytes() {
-    let longer = [&SIXTEEN[..4], &["--set", "learning.updates=60", "--threads", "1"]].concat();
-    let longer = [&longer[..], &["--lanes", "4"]].concat();
+    let longer = [&SIXTEEN[..2], &["--set", "learning.updates=60"], &SIXTEEN[4..]].concat();
     let expected = alone(&longer);
     let n_crashes = number("CRASHES", 8);
     let folder = tempfile::tempdir().unwrap();
@@ -162,7 +165,7 @@ fn a_time_limit_ends_with_all_saved() {
 
     // As Slurm tells it: in the environment, or asked.
     let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap();
-    let end = (now.as_secs() + 1).to_string();
+    let end = (now.as_secs() + 4).to_string();
     let in_a_job = || {
         let mut command = command(&words);
         command.env("SLURM_JOB_ID", "7");
@@ -173,7 +176,7 @@ fn a_time_limit_ends_with_all_saved() {
     let second = fs::read(&checkpoint).unwrap();
     assert!(second != first);
     let squeue = folder.path().join("squeue");
-    fs::write(&squeue, "#!/bin/sh\necho \"$@\" > \"$0.asked\"\necho 0:01\n").unwrap();
+    fs::write(&squeue, "#!/bin/sh\necho \"$@\" > \"$0.asked\"\necho 0:03\n").unwrap();
     fs::set_permissions(&squeue, Permissions::from_mode(0o755)).unwrap();
     let path = format!("{}:{}", folder.path().display(), env::var("PATH").unwrap());
     let said = in_a_job().env_remove("SLURM_JOB_END_TIME").env("PATH", path).output().unwrap();
@@ -234,7 +237,7 @@ fn a_file_system_without_locks_is_told_in_one_line() {
 /// As on Lustre with `localflock`, where each machine has its own locks.
 #[test]
 fn a_second_worker_at_a_cell_is_never_silent() {
-    let longer = ["--set", "learning.updates=400", "--threads", "1"];
+    let longer = ["--set", "learning.updates=160", "--threads", "1"];
     let folder = tempfile::tempdir().unwrap();
     let run = folder.path().join("run");
     let library = with_flock(folder.path(), "errno = 0; return 0;");
@@ -257,6 +260,19 @@ fn a_second_worker_at_a_cell_is_never_silent() {
     assert_same(&results(&run), &alone(&longer));
 }
 
+/// The small experiment with other values of what it sweeps.
+fn swept(folder: &Path, xi: &str, seeds: &str) -> PathBuf {
+    let text = fs::read_to_string(root().join(CRAWLER)).unwrap();
+    let model = root().join("tests/models/crawler.toml");
+    let text = text
+        .replace("../models/crawler.toml", model.to_str().unwrap())
+        .replace("[0.75, 1]", xi)
+        .replace("seeds = 2", &format!("seeds = {seeds}"));
+    let file = folder.join("swept.toml");
+    fs::write(&file, text).unwrap();
+    file
+}
+
 /// What was there keeps its numbers and its bytes, and what came later is what it would have been.
 #[test]
 fn a_run_grows_by_seeds_and_by_values() {
@@ -264,8 +280,11 @@ fn a_run_grows_by_seeds_and_by_values() {
     let [run, through] = ["run", "through"].map(|name| folder.path().join(name));
     train(&run, &[]).ends(DONE);
     let first = results(&run);
-    let more = ["--set", "sweep.seeds=3", "--set", r#"sweep."reward.mix.xi"=[0.5,0.75,1]"#];
-    train(&run, &[&more[..], &["--stop-after", "0"]].concat()).ends(STOPPED);
+    let file = swept(folder.path(), "[0.5, 0.75, 1]", "3");
+    let call = |command, run: &Path, more: &[&str]| {
+        itarl(&[&[command, text(&file), "--out", text(run)], more].concat())
+    };
+    call("train", &run, &["--stop-after", "0"]).ends(STOPPED);
     let grown = results(&run);
     assert_same(
         &grown.clone().into_iter().filter(|(name, _)| first.contains_key(name)).collect(),
@@ -278,13 +297,12 @@ fn a_run_grows_by_seeds_and_by_values() {
         assert!(said.out.contains(row), "{said:?}");
     }
     // A number is the same cell's as before, and in the list.
-    itarl(&[&["cell", CRAWLER, "--out", text(&run), "--index", "4"], &more[..]].concat())
-        .ends(DONE);
+    call("cell", &run, &["--index", "4"]).ends(DONE);
     assert!(run.join("cells/xi=0.5/seed=1/checkpoint").exists());
-    let list = train(&run, &[&more[..], &["--list"]].concat()).ends(DONE);
+    let list = call("train", &run, &["--list"]).ends(DONE);
     assert!(list.out.contains("4\txi=0.5/seed=1\n"), "{list:?}");
     itarl(&["resume", text(&run)]).ends(DONE).prints(&["9 of 9 cells done"]);
-    train(&through, &more).ends(DONE);
+    call("train", &through, &[]).ends(DONE);
     assert_same(&results(&run), &results(&through));
     itarl(&["summary", text(&run)]).ends(DONE).prints(&["xi=0.5"]);
     itarl(&["report", text(&run)]).ends(DONE);
@@ -295,9 +313,10 @@ fn a_run_grows_by_seeds_and_by_values() {
         ("learning.rate=3", "learning.rate: 1.0 there, 3.0 here"),
         ("learning.updates=12", "learning.updates: 30 there, 12 here"),
     ] {
-        train(&run, &[&more[..], &["--set", set]].concat()).ends(FAILED).complains(&[complaint]);
+        call("train", &run, &["--set", set]).ends(FAILED).complains(&[complaint]);
     }
-    train(&run, &[&more[2..], &["--set", "sweep.seeds=4", "--set", "policy.samples=9"]].concat())
+    // Not even beside more cells.
+    call("train", &run, &["--set", "sweep.seeds=4", "--set", "policy.samples=9"])
         .ends(FAILED)
         .complains(&["policy.samples: 8 there, 9 here"]);
     assert_same(&tree(&run), &before);
@@ -308,7 +327,7 @@ fn a_run_that_many_let_grow_at_once_grows_once() {
     let folder = tempfile::tempdir().unwrap();
     let run = folder.path().join("run");
     train(&run, &["--set", "learning.updates=4"]).ends(DONE);
-    let words = [&train_words(&run, &SIXTEEN)[..], &["--set", "learning.updates=4"]].concat();
+    let words = train_words(&run, &SIXTEEN);
     let workers: Vec<_> = (0..8).map(|_| start(&words)).collect();
     for worker in workers {
         let said = end(worker);
@@ -323,8 +342,8 @@ fn runs_are_merged_with_the_bytes_that_they_have() {
     let [one, other, both, through] =
         ["one", "other", "both", "through"].map(|name| folder.path().join(name));
     train(&one, &["--set", "sweep.seeds=[1,3]"]).ends(DONE);
-    let more = ["--set", "sweep.seeds=[2,3]", "--set", r#"sweep."reward.mix.xi"=[1,0.5]"#];
-    train(&other, &more).ends(DONE);
+    let file = swept(folder.path(), "[1, 0.5]", "[2, 3]");
+    itarl(&["train", text(&file), "--out", text(&other)]).ends(DONE);
     let merge = || itarl(&["merge", text(&one), text(&other), "--out", text(&both)]);
     merge().ends(DONE).prints(&["7 of 9 cells are from 2 runs"]);
     let merged = tree(&both);
@@ -334,8 +353,8 @@ fn runs_are_merged_with_the_bytes_that_they_have() {
     assert_same(&tree(&both), &merged);
     itarl(&["status", text(&both)]).ends(STOPPED).prints(&["9 cells: 7 done, 2 waiting"]);
     itarl(&["resume", text(&both)]).ends(DONE);
-    let all = ["--set", "sweep.seeds=3", "--set", r#"sweep."reward.mix.xi"=[0.75,1,0.5]"#];
-    train(&through, &all).ends(DONE);
+    let file = swept(folder.path(), "[0.75, 1, 0.5]", "3");
+    itarl(&["train", text(&file), "--out", text(&through)]).ends(DONE);
     assert_same(&results(&both), &results(&through));
 
     fs::remove_dir_all(&both).unwrap();
@@ -347,4 +366,48 @@ fn runs_are_merged_with_the_bytes_that_they_have() {
     fs::remove_dir_all(&both).unwrap();
     merge().ends(FAILED).complains(&[text(&other), "learning.rate: 1.0 there, 2.0 here"]);
     assert!(!both.exists());
+}
+
+/// All cells of a run as if they were done, but for the last ones.
+fn make_done(run: &Path, n_left: usize) {
+    let catalogue = Catalogue::open(run).unwrap();
+    let [first, others @ ..] = catalogue.cells() else { panic!("no cells") };
+    let mut checkpoint =
+        Checkpoint::read(&first.folder.checkpoint(), first.expected()).unwrap().unwrap();
+    for cell in &others[..others.len() - n_left] {
+        let folder = &cell.folder;
+        fs::create_dir_all(folder.path()).unwrap();
+        checkpoint.header.identity = cell.identity;
+        fs::write(folder.checkpoint(), checkpoint.encode()).unwrap();
+        let files = |it: &CellFolder| [it.metrics(), it.policy(), it.replay(), it.lock()];
+        for (from, to) in files(&first.folder).into_iter().zip(files(folder)) {
+            fs::copy(from, to).unwrap();
+        }
+    }
+}
+
+#[test]
+fn a_worker_finds_the_cells_that_are_left_of_a_large_run() {
+    let n = number("CELLS", 1000);
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path().join("run");
+    let seeds = format!("sweep.seeds={}", n / 2);
+    let more = ["--set", &seeds, "--set", "learning.updates=4"];
+    let words = [&["cell", CRAWLER, "--index", "0", "--out", text(&run)], &more[..]].concat();
+    itarl(&words).ends(DONE);
+    make_done(&run, 3);
+    let begin = Instant::now();
+    let said = itarl(&["status", text(&run)]).ends(STOPPED);
+    said.prints(&[&format!("{n} cells: {} done, 3 waiting", n - 3)]);
+    println!("status of {n} cells: {:?}", begin.elapsed());
+
+    let begin = Instant::now();
+    let mut worker = start(&train_words(&run, &[&more[..], &["--threads", "1"]].concat()));
+    let mut lines = BufReader::new(worker.stderr.take().unwrap()).lines().map(Result::unwrap);
+    let first = lines.next().unwrap();
+    println!("a worker's first cell of them: {:?}", begin.elapsed());
+    let left = format!("{}: xi=1/seed={}: done", run.display(), n / 2 - 2);
+    assert_eq!(first, left);
+    assert_eq!(lines.count(), 2);
+    end(worker).ends(DONE).prints(&[&format!("{n} of {n} cells done\n")]);
 }

@@ -19,7 +19,7 @@ use svenja::Morphology;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::{
-    experiment::{self, Cell, Plan},
+    experiment::{self, Cell, Experiment, Plan},
     models,
 };
 
@@ -292,13 +292,17 @@ pub(crate) fn identified(
         let index = paths.iter().position(|listed| listed == path);
         index.ok_or_else(|| format!("it doesn't list {path}, which experiment.toml has"))
     };
-    let mut cells = BTreeMap::new();
+    let (mut cells, mut settings) = (BTreeMap::new(), BTreeMap::new());
     for cell in plan.cells() {
         let model = listed_at(&models, &cell.experiment.model)?;
         let initial =
             cell.experiment.initial().map(|path| listed_at(&policies, path)).transpose()?;
         let policy = initial.map(|index| &manifest.policies[index]);
-        let identity = identity(cell, &manifest.models[model], policy);
+        // The same for all seeds: a run may have thousands.
+        let text = settings
+            .entry(&cell.setting)
+            .or_insert_with(|| resolved(&cell.experiment, &manifest.models[model], policy));
+        let identity = identity(cell, text);
         let folder = CellFolder::new(folder.join(CELLS).join(cell.folder()));
         let key = (cell.setting.clone(), cell.seed);
         cells.insert(key, RunCell { cell: cell.clone(), folder, identity, model, initial });
@@ -307,17 +311,21 @@ pub(crate) fn identified(
 }
 
 /// Of setting, seed, files and all settings, wherever the run is and however far it goes.
-fn identity(cell: &Cell, model: &FileCopy, policy: Option<&FileCopy>) -> u64 {
+fn identity(cell: &Cell, resolved: &str) -> u64 {
+    xxh3_64(format!("{}\n{}\n{resolved}", cell.setting, cell.seed).as_bytes())
+}
+
+/// All settings, with hashes in place of files.
+fn resolved(experiment: &Experiment, model: &FileCopy, policy: Option<&FileCopy>) -> String {
     let hash = |copy: &FileCopy| format!("{:016x}", copy.xxh3.0);
-    let mut experiment = cell.experiment.clone();
+    let mut experiment = experiment.clone();
     experiment.description = None;
     experiment.model = hash(model);
     if let Some(policy) = policy {
         experiment.policy.start = Start::File(hash(policy));
     }
     experiment.learning.updates = 0;
-    let text = format!("{}\n{}\n{}", cell.setting, cell.seed, experiment.to_toml());
-    xxh3_64(text.as_bytes())
+    experiment.to_toml()
 }
 
 #[cfg(test)]
@@ -333,7 +341,9 @@ mod tests {
         let plan = Plan::open(&quick, &changes).unwrap();
         let cells = plan.cells();
         let svenja = FileCopy { file: "svenja.toml".into(), xxh3: Hash(0xfd1a_2299_37d3_bdd4) };
-        let identity = |cell| format!("{:016x}", identity(cell, &svenja, None));
+        let identity = |cell: &Cell| {
+            format!("{:016x}", identity(cell, &resolved(&cell.experiment, &svenja, None)))
+        };
         assert_eq!(cells[0].folder(), Path::new("xi=0.75/seed=1"));
         assert_eq!(identity(&cells[0]), "0ea4cc31311e4ae5");
         assert_eq!(cells[15].folder(), Path::new("xi=1/seed=8"));
@@ -365,7 +375,10 @@ mod tests {
             Plan::written(Path::new("/x.toml"), &text).unwrap().cells()[0].clone()
         };
         let copy = |xxh3| FileCopy { file: "x".into(), xxh3: Hash(xxh3) };
-        let of = |path, xxh3| identity(&cell(path), &copy(1), Some(&copy(xxh3)));
+        let of = |path, xxh3| {
+            let cell = cell(path);
+            identity(&cell, &resolved(&cell.experiment, &copy(1), Some(&copy(xxh3))))
+        };
         assert_eq!(of("/a", 2), of("/b", 2));
         assert_ne!(of("/a", 2), of("/a", 3));
     }

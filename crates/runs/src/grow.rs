@@ -7,7 +7,7 @@
 use std::collections::BTreeSet;
 
 use super::{
-    Cell, Error, FileCopy, Lock, Manifest, NewRun, Run, atomic,
+    Cell, Error, FileCopy, Manifest, NewRun, Run, atomic,
     manifest::{MODELS, POLICIES},
     run::{EXPERIMENT, NEXT_EXPERIMENT},
     settings::Settings,
@@ -22,11 +22,6 @@ impl Run {
     /// [`Error::Differs`] if it isn't of the same Bullet, or if cells or files are missing in `new` or
     /// have changed; [`Error::Shorter`]; what writing runs into.
     pub fn grow(&self, new: &NewRun) -> Result<bool, Error> {
-        let _lock = Lock::wait(&self.manifest_path())?;
-        let now = Self::open(self.folder())?;
-        if now.manifest() != self.manifest() || now.experiment() != self.experiment() {
-            return Ok(false);
-        }
         let wanted = new.manifest(self.folder())?;
         self.refuse(self.manifest().lost(&wanted))?;
         let updates = |text| Settings::read(&self.experiment_path(), text).map(|it| it.updates);
@@ -34,6 +29,11 @@ impl Run {
             && here < there
         {
             return Err(Error::Shorter { path: self.folder().into(), there, here });
+        }
+        let _lock = self.lock()?;
+        let now = Self::open(self.folder())?;
+        if now.manifest() != self.manifest() || now.experiment() != self.experiment() {
+            return Ok(false);
         }
         let [experiment, next] = [EXPERIMENT, NEXT_EXPERIMENT].map(|it| self.folder().join(it));
         // One that was left half-way has its text still there.
@@ -124,6 +124,25 @@ mod tests {
         assert!(error.contains("\n  cell 2: xi=0.75/seed=7 there, nothing here"), "{error}");
         // The one that was opened before isn't what is there.
         assert!(!run.grow(&more(500)).unwrap());
+    }
+
+    #[test]
+    fn many_that_let_it_grow_at_once_leave_it_whole() {
+        let parent = tempfile::tempdir().unwrap();
+        for attempt in 0..20 {
+            let folder = parent.path().join(attempt.to_string());
+            Run::create(&folder, &new(300, 0.5)).unwrap();
+            let grow = || {
+                let run = Run::open(&folder).unwrap();
+                run.manifest().cells.len() == 2 && run.grow(&more(300)).unwrap()
+            };
+            let n_grown = std::thread::scope(|scope| {
+                let growing: Vec<_> = (0..8).map(|_| scope.spawn(grow)).collect();
+                growing.into_iter().map(|it| it.join().unwrap()).filter(|it| *it).count()
+            });
+            assert_eq!(n_grown, 1);
+            assert_eq!(Run::open(&folder).unwrap().manifest().cells.len(), 3);
+        }
     }
 
     #[test]

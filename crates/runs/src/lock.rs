@@ -54,22 +54,17 @@ impl Lock {
         Err(Error::Locked { path: folder_of(path).into() })
     }
 
-    /// Locks a file that is there, as soon as nobody else holds it. For what takes a moment.
+    /// Locks a file as soon as nobody else holds it, and makes it if it isn't there. For what takes a
+    /// moment.
     ///
     /// # Errors
     /// If it can't be opened or locked.
     pub(crate) fn wait(path: &Path) -> Result<Self, Error> {
-        loop {
-            // NFS locks only what is open for writing.
-            let file = OpenOptions::new().read(true).write(true).open(path).at(path, "opening")?;
-            file.lock().map_err(|cause| refused(path, cause))?;
-            let lock = Self { path: path.into(), file };
-            // Who had it may have put another file in its place.
-            match lock.require() {
-                Err(Error::Moved { .. }) => {}
-                held => return held.map(|()| lock),
-            }
-        }
+        // NFS locks only what is open for writing.
+        let file = OpenOptions::new().write(true).create(true).truncate(false).open(path);
+        let file = file.at(path, "opening")?;
+        file.lock().map_err(|cause| refused(path, cause))?;
+        Ok(Self { path: path.into(), file })
     }
 
     /// Puts the name of this process into the file, with the updates that the cell has.

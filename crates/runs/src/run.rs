@@ -145,7 +145,7 @@ impl Run {
         if here.updates == there.updates {
             return Ok(());
         }
-        let _lock = Lock::wait(&self.manifest_path())?;
+        let _lock = self.lock()?;
         *self = Self::open(&self.folder)?;
         let there = settings(&self.experiment)?;
         self.refuse(there.differences(&here))?;
@@ -154,6 +154,12 @@ impl Run {
             self.experiment = experiment.into();
         }
         Ok(())
+    }
+
+    /// Lets one process at a time change what the run is made of. The file is one that's never
+    /// replaced, so all lock the same.
+    pub(super) fn lock(&self) -> Result<Lock, Error> {
+        Lock::wait(&self.folder.join("lock"))
     }
 
     /// The path of a model file's copy.
