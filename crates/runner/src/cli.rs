@@ -7,7 +7,11 @@ use clap_complete::Shell;
 use figures::FIGURES;
 use serde::Serialize;
 
+pub use values::{Cells, Size, Task};
+
 use crate::{experiment::known, training::SolverKind};
+
+mod values;
 
 /// Trains simulated robots whose reward mixes a task with the information in their own sensors.
 #[derive(Debug, Parser)]
@@ -57,7 +61,7 @@ groups that fill its lanes, and ends when there's none left: with 75 if others a
   itarl cell experiments/figure2.toml --cells 0-15 --out /shared/figure2
   itarl cell experiments/figure2.toml --task 1/10 --out /shared/figure2    # the first tenth
 
-All in one thread: 16 cells in its lanes take about as long as four do alone, one after the other.
+All in one thread: 16 cells in its lanes take about as long as four or five alone.
 Several of these may share the folder: the first makes it, the others compare. A cell that another
 process is at is left to it (exit code 75).")]
     Cell(Cell),
@@ -232,24 +236,6 @@ pub struct Which {
     /// The K-th of N parts of all cells, K from 1, as array jobs count
     #[arg(long, value_name = "K/N")]
     pub task: Option<Task>,
-}
-
-/// Some cells in a row.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Cells {
-    /// The first cell, counted from 0.
-    pub first: usize,
-    /// The last cell, which belongs to them.
-    pub last: usize,
-}
-
-/// One of some parts, about equally long, of all cells.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Task {
-    /// Which part, from 1.
-    pub number: usize,
-    /// How many parts there are.
-    pub of: usize,
 }
 
 /// The arguments of `itarl slurm`.
@@ -462,15 +448,6 @@ pub struct Replay {
     pub seed: u64,
 }
 
-/// The size of a picture in pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Size {
-    /// The width in pixels, 16 to 4096.
-    pub width: usize,
-    /// The height in pixels, 16 to 4096.
-    pub height: usize,
-}
-
 /// The commands of `itarl model`.
 #[derive(Debug, Subcommand)]
 pub enum Model {
@@ -510,54 +487,4 @@ pub struct Bench {
     /// How it's printed.
     #[command(flatten)]
     pub print: Print,
-}
-
-impl std::str::FromStr for Cells {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let parse = || {
-            let (first, last) = text.split_once('-').unwrap_or((text, text));
-            let (first, last) = (first.trim().parse().ok()?, last.trim().parse().ok()?);
-            (first <= last).then_some(Self { first, last })
-        };
-        parse().ok_or_else(|| format!("a cell or FIRST-LAST expected, as in 0-15, got {text}"))
-    }
-}
-
-impl std::str::FromStr for Task {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let parse = || {
-            let (number, of) = text.split_once('/')?;
-            let (number, of) = (number.parse().ok()?, of.parse().ok()?);
-            (1..=of).contains(&number).then_some(Self { number, of })
-        };
-        parse().ok_or_else(|| format!("K/N expected, K from 1 to N, as in 1/10, got {text}"))
-    }
-}
-
-impl Task {
-    /// Its cells, of so many.
-    #[must_use]
-    pub fn cells(self, n: usize) -> std::ops::Range<usize> {
-        let begin = |number: usize| (number as u128 * n as u128 / self.of as u128) as usize;
-        begin(self.number - 1)..begin(self.number)
-    }
-}
-
-impl std::str::FromStr for Size {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let parse = || {
-            let (width, height) = text.split_once('x')?;
-            let (width, height) = (width.parse().ok()?, height.parse().ok()?);
-            let fits = |side| (16..=4096).contains(&side);
-            (fits(width) && fits(height)).then_some(Self { width, height })
-        };
-        parse()
-            .ok_or_else(|| format!("WxH expected, each from 16 to 4096, as in 640x360, got {text}"))
-    }
 }

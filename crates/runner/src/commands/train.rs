@@ -121,9 +121,8 @@ fn train_cells(
     // Once for all cells.
     require_locks(&open_run.run().manifest_path())?;
     let stop = StopSignal::at_signals()?;
-    if let Some(time) = time_limit(until.time) {
-        stop.after(time)?;
-    }
+    let asked = until.time;
+    stop.after(move || time_limit(asked))?;
     let observer = progress::observer(open_run, cells.iter().copied());
     let trained = train_all(open_run, cells, how, &stop, &*observer);
     drop(observer);

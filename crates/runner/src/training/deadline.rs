@@ -3,7 +3,7 @@
 use std::{
     env,
     process::{Command, Stdio},
-    time::{Duration, SystemTime},
+    time::{Duration, Instant, SystemTime},
 };
 
 /// For the last control step and for saving all cells, before a job's end; but at most a share of
@@ -11,10 +11,13 @@ use std::{
 const MARGIN: Duration = Duration::from_secs(60);
 const SHARE: u32 = 10;
 
-/// The time after which a call that may take `asked` is to stop; none if nothing limits it.
+/// The time after which a call that may take `asked` from now on is to stop; none if nothing limits it.
+/// Slurm may let one wait for its answer.
 #[must_use]
 pub fn time_limit(asked: Option<Duration>) -> Option<Duration> {
+    let begin = Instant::now();
     let left = left_of_job();
+    let asked = asked.map(|asked| asked.saturating_sub(begin.elapsed()));
     asked.into_iter().chain(left.map(|left| left - MARGIN.min(left / SHARE))).min()
 }
 

@@ -209,7 +209,8 @@ impl<'a> Pool<'a> {
 
     /// Lets the neighbours of a cell that is elsewhere wait behind all others.
     fn leave_group(&self, index: usize) {
-        let group_of = |index: usize| self.cells[index].cell.index / self.lanes;
+        let size = (self.lanes / worlds(self.cells[index])).max(1);
+        let group_of = |index: usize| self.cells[index].cell.index / size;
         let group = group_of(index);
         let mut shared = self.lock();
         if !shared.left.insert(group) {

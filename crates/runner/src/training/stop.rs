@@ -51,15 +51,20 @@ impl StopSignal {
         Ok(stop)
     }
 
-    /// Told once so much time has passed, too.
+    /// Told once some time has passed, too; none for never. Finding out which may take its own time.
     ///
     /// # Errors
     /// If the system has no thread for it.
-    pub fn after(&self, time: Duration) -> io::Result<()> {
+    pub fn after(
+        &self,
+        time: impl FnOnce() -> Option<Duration> + Send + 'static,
+    ) -> io::Result<()> {
         let told = self.clone();
         let wait = move || {
-            thread::sleep(time);
-            told.0.store(true, Ordering::Relaxed);
+            if let Some(time) = time() {
+                thread::sleep(time);
+                told.0.store(true, Ordering::Relaxed);
+            }
         };
         thread::Builder::new().name("deadline".into()).spawn(wait).map(drop)
     }
