@@ -13,11 +13,13 @@ use std::{
 use common::*;
 use tempfile::TempDir;
 
-const COMMANDS: [&[&str]; 14] = [
+const COMMANDS: [&[&str]; 16] = [
     &["train"],
     &["resume"],
     &["cell"],
+    &["slurm"],
     &["status"],
+    &["merge"],
     &["summary"],
     &["plot"],
     &["config"],

@@ -120,8 +120,7 @@ pub struct OpenCell {
 
 impl OpenCell {
     /// Makes the folder if it isn't there, locks it, and opens what is in it: at its checkpoint, or
-    /// at the beginning if there's none. Who has the lock is then written into it, unless all updates
-    /// are done and there's nothing to write. A cell that failed is opened like any other:
+    /// at the beginning if there's none. A cell that failed is opened like any other:
     /// [`CellFolder::failure`] says so.
     ///
     /// # Errors
@@ -143,10 +142,7 @@ impl OpenCell {
             .ok_or_else(|| Error::damaged(&folder.metrics(), "it has no first line"))?;
         let identity = expected.identity;
         let updates = checkpoint.as_ref().map_or(0, |it| it.header.updates);
-        let mut cell = Self { folder, identity, metrics, columns, lock, updates, is_signed: false };
-        if updates < expected.updates {
-            cell.sign()?;
-        }
+        let cell = Self { folder, identity, metrics, columns, lock, updates, is_signed: false };
         Ok((cell, checkpoint))
     }
 
@@ -202,7 +198,12 @@ impl OpenCell {
         self.write(&self.folder.failed(), format!("{reason}\n").as_bytes())
     }
 
-    fn sign(&mut self) -> Result<(), Error> {
+    /// Leaves the name of this process in the lock: from then on, another one that comes to the cell,
+    /// too, is noticed before anything is written. The first write does it otherwise.
+    ///
+    /// # Errors
+    /// If it can't be written.
+    pub fn sign(&mut self) -> Result<(), Error> {
         self.lock.sign(self.updates)?;
         self.is_signed = true;
         Ok(())

@@ -115,6 +115,7 @@ impl<'a> ActiveCell<'a> {
             return Ok(Err(Ending::Stopped));
         }
         let saved = session.control_steps();
+        open.sign()?;
         Ok(Ok(Self { cell, session, open, saved, last, target }))
     }
 
