@@ -217,9 +217,9 @@ fn a_manifest_of_other_cells_is_refused_by_all() {
     let seeds = whole.replacen("    1,\n    2\n", "    1,\n    3\n", 1);
     let model = whole.replace("crawler.toml", "worm.toml");
     for (manifest, reason) in [
-        (other_seed, "cell 3 is xi=1/seed=7, and in experiment.toml xi=1/seed=2"),
-        (renamed, "cell 0 is xi=0.5/seed=1, and in experiment.toml xi=0.75/seed=1"),
-        (fewer, "it lists 3 cells, and experiment.toml has 4"),
+        (other_seed, "it lists cell xi=1/seed=7, and experiment.toml has no such cell"),
+        (renamed, "it lists cell xi=0.5/seed=1, and experiment.toml has no such cell"),
+        (fewer, "it doesn't list cell xi=1/seed=2, which experiment.toml has"),
         (seeds, "the seeds are [1, 3], and in experiment.toml [1, 2]"),
         (model, "it doesn't list "),
     ] {
