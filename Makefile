@@ -13,13 +13,19 @@ ESBUILD := esbuild@0.28.2
 ASAN_SEQUENCES ?= 5000
 VALGRIND_SEQUENCES ?= 1500
 
-.PHONY: help demo test docs crash-test lockstep-test verify-lockstep lint bench bench-mujoco asan valgrind three setup
+.PHONY: help demo test docs crash-test workers-test cluster-test examples-test dist dist-test \
+  lockstep-test verify-lockstep lint bench bench-mujoco asan valgrind three setup
 
 help:
 	@echo "make demo      train Svenja for some minutes, and show what came out"
 	@echo "make test      all tests; those of the bindings with Bullet in double precision, too"
 	@echo "make docs      the tables of settings in docs/, from the code that reads them"
 	@echo "make crash-test  training killed at 200 random moments"
+	@echo "make workers-test  64 workers at the same moment, 100 times; 200 killed; 10,000 cells"
+	@echo "make cluster-test  workers on a Slurm cluster of two nodes on this machine (as root)"
+	@echo "make examples-test  what docs/clusters.md shows for Snakemake and GNU parallel"
+	@echo "make dist      an archive of the program that runs on any x86-64 Linux"
+	@echo "make dist-test that archive in an empty root and in an older Debian (as root)"
 	@echo "make lockstep-test  lanes against Bullet's own solver, longer than in make test"
 	@echo "make verify-lockstep  the same with Svenja, 100,000 steps a lane (half an hour or more)"
 	@echo "make lint      formatting and clippy, as strict as CI"
@@ -55,6 +61,32 @@ docs: setup
 # Killed at 200 random moments, and the same bytes in the end.
 crash-test: setup
 	CRASHES=200 cargo test --release -p runner --test crash
+
+workers-test: setup
+	STARTS=100 CRASHES=200 CELLS=10000 cargo test --release -p runner --test workers
+
+# munged, slurmctld and two slurmd, all with their files in a temporary folder and on the loopback.
+cluster-test: PACKAGES += slurm-wlm munge
+cluster-test: setup
+	cargo build --release --bin itarl
+	tests/cluster/cluster.sh target/release/itarl
+
+examples-test: PACKAGES += parallel snakemake
+examples-test: setup
+	cargo build --release --bin itarl
+	tests/cluster/examples.sh target/release/itarl
+
+ARCHIVE = target/dist/itarl-$(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml)-x86_64-linux.tar.gz
+dist: setup
+	cargo build --release --bin itarl
+	dist/pack.sh target/release/itarl $(ARCHIVE)
+
+# Debian 11 has glibc 2.31, from 2020.
+OLDER := target/dist/bullseye
+dist-test: PACKAGES += debootstrap
+dist-test: dist
+	test -e $(OLDER)/etc/debian_version || debootstrap --variant=minbase bullseye $(OLDER)
+	dist/test.sh target/release/itarl $(ARCHIVE) $(OLDER)
 
 # Every model for 20 s of its life, random robots and scenes by the thousand, in both precisions.
 lockstep-test: setup

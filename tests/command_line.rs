@@ -17,7 +17,9 @@ const COMMANDS: [&[&str]; 16] = [
     &["train"],
     &["resume"],
     &["cell"],
+    &["slurm"],
     &["status"],
+    &["merge"],
     &["summary"],
     &["plot"],
     &["findings"],
@@ -175,14 +177,14 @@ fn status_tells_where_cells_stand() {
     let folder = tempfile::tempdir().unwrap();
     let run = folder.path().join("run");
     train(&run, &["--stop-after", "0"]).ends(STOPPED);
-    itarl(&["status", text(&run)]).ends(DONE).prints(&["4 cells: "]);
+    itarl(&["status", text(&run)]).ends(STOPPED).prints(&["4 cells: "]);
 
     let long = ["--set", "learning.updates=100000", "--threads", "1", "--lanes", "1"];
     let run = folder.path().join("long run");
     let child = start(&train_words(&run, &long));
     let metrics = run.join("cells/xi=0.75/seed=1/metrics.csv");
     wait_until(|| fs::read_to_string(&metrics).is_ok_and(|it| it.lines().count() > 8));
-    let said = itarl(&["status", text(&run)]).ends(DONE).prints(&["1 running, 3 waiting"]);
+    let said = itarl(&["status", text(&run)]).ends(STOPPED).prints(&["1 running, 3 waiting"]);
     let cell = row(&said.out, 0);
     assert_eq!(cell[..4], ["0", "xi=0.75", "1", "running"]);
     let update: u64 = cell[4].strip_suffix("/100000").unwrap().parse().unwrap();
@@ -190,7 +192,7 @@ fn status_tells_where_cells_stand() {
     assert_eq!(row(&said.out, 3)[..5], ["3", "xi=1", "2", "waiting", "0/100000"]);
     signal(&child, "TERM");
     end(child).ends(STOPPED);
-    let said = itarl(&["status", text(&run)]).ends(DONE).prints(&["1 stopped, 3 waiting"]);
+    let said = itarl(&["status", text(&run)]).ends(STOPPED).prints(&["1 stopped, 3 waiting"]);
     assert_eq!(row(&said.out, 0)[3], "stopped");
 
     let (_folder, run) = done();

@@ -37,7 +37,7 @@ fn every_command_opens_the_run() {
     let (folder, run) = first();
     let cell = run.join("cells/xi=1/seed=1");
     let (run, cell) = (run.to_str().unwrap(), cell.to_str().unwrap());
-    itarl(&["status", run]).ends(DONE).prints(&["2 cells: 2 stopped", "10/30"]);
+    itarl(&["status", run]).ends(STOPPED).prints(&["2 cells: 2 stopped", "10/30"]);
     itarl(&["summary", run]).ends(DONE).prints(&["xi=0.75", "xi=1"]);
     itarl(&["plot", run]).ends(DONE);
     itarl(&["report", run]).ends(DONE);

@@ -211,11 +211,11 @@ fn a_cell_belongs_to_one_process_at_a_time() {
     wait_until(|| cell.join("metrics.csv").exists());
     let said = itarl(&words).ends(STOPPED).prints(&["0 of 1 cells done, 1 elsewhere"]);
     said.complains(&["xi=1/seed=1: elsewhere"]);
-    itarl(&["status", text(&run)]).ends(DONE).prints(&["1 running", "3 waiting"]);
+    itarl(&["status", text(&run)]).ends(STOPPED).prints(&["1 running", "3 waiting"]);
     first.kill().unwrap();
     first.wait().unwrap();
     // The lock ended with the process.
-    itarl(&["status", text(&run)]).ends(DONE).prints(&["4 waiting"]);
+    itarl(&["status", text(&run)]).ends(STOPPED).prints(&["4 waiting"]);
 }
 
 /// A run that isn't begun, and the lock of its first cell, held as by another process.
@@ -236,7 +236,7 @@ fn a_cell_that_is_elsewhere_is_left_and_the_others_are_done() {
     let said = itarl(&["resume", text(&run)]).ends(STOPPED);
     said.prints(&["3 of 4 cells done, 1 elsewhere"]);
     assert_same(&tree(&first), &before);
-    itarl(&["status", text(&run)]).ends(DONE).prints(&["3 done, 1 running"]);
+    itarl(&["status", text(&run)]).ends(STOPPED).prints(&["3 done, 1 running"]);
     drop(lock);
     itarl(&["resume", text(&run)]).ends(DONE).prints(&["4 of 4 cells done"]);
     assert_same(&results(&run), &through());
@@ -309,7 +309,7 @@ fn too_few_open_files_break_no_cell() {
         said.complains(&["Too many open files", "ulimit -n"])
             .prints(&["0 of 4 cells done, 4 to go on"]);
         assert!(fs::read(run.join("cells/xi=1/seed=1/checkpoint")).unwrap() == saved);
-        itarl(&["status", text(&run)]).ends(DONE).prints(&["4 cells: 4 stopped"]);
+        itarl(&["status", text(&run)]).ends(STOPPED).prints(&["4 cells: 4 stopped"]);
     }
     itarl(&["resume", text(&run)]).ends(DONE);
     assert_same(&results(&run), &through());
@@ -346,7 +346,7 @@ fn another_experiment_does_not_go_into_the_folder_of_a_run() {
             "  policy.samples: 8 there, 9 here",
         ],
     );
-    train(&run, &["--set", "sweep.seeds=3"]).ends(FAILED).complains(&["seeds"]);
+    train(&run, &["--set", "sweep.seeds=1"]).ends(FAILED).complains(&["seeds"]);
     let shorter = "learning.updates: 30 there, 12 here: a run can be extended, not cut short";
     train(&run, &["--set", "learning.updates=12"]).ends(FAILED).complains(&[shorter]);
     let words = ["resume", text(&run), "--updates", "29"];

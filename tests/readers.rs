@@ -218,9 +218,9 @@ fn a_manifest_of_other_cells_is_refused_by_all() {
     let seeds = whole.replacen("    1,\n    2\n", "    1,\n    3\n", 1);
     let model = whole.replace("crawler.toml", "worm.toml");
     for (manifest, reason) in [
-        (other_seed, "cell 3 is xi=1/seed=7, and in experiment.toml xi=1/seed=2"),
-        (renamed, "cell 0 is xi=0.5/seed=1, and in experiment.toml xi=0.75/seed=1"),
-        (fewer, "it lists 3 cells, and experiment.toml has 4"),
+        (other_seed, "it lists cell xi=1/seed=7, and experiment.toml has no such cell"),
+        (renamed, "it lists cell xi=0.5/seed=1, and experiment.toml has no such cell"),
+        (fewer, "it doesn't list cell xi=1/seed=2, which experiment.toml has"),
         (seeds, "the seeds are [1, 3], and in experiment.toml [1, 2]"),
         (model, "it doesn't list "),
     ] {
@@ -290,7 +290,7 @@ fn a_forgotten_process_writes_nothing_into_another_run() {
     said.complains(&[text(&run), "no longer the folder that this process works in"]);
     assert_same(&tree(&run), &before);
     // Nothing of it is lost.
-    read(&["status"], &renamed).ends(DONE).prints(&["4 cells: 4 stopped"]);
+    read(&["status"], &renamed).ends(STOPPED).prints(&["4 cells: 4 stopped"]);
 }
 
 /// Paths are bytes; text is what some files and messages need.

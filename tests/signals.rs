@@ -83,7 +83,7 @@ fn asked_to_stop_it_saves_all_and_goes_on() {
         for file in ["checkpoint", "policy.safetensors", "replay.safetensors"] {
             assert!(cell(&run).join(file).exists(), "{file}");
         }
-        let said = itarl(&["status", text(&run)]).ends(DONE);
+        let said = itarl(&["status", text(&run)]).ends(STOPPED);
         let row = said.out.lines().find(|line| line.starts_with("|    0 ")).unwrap();
         assert!(row.contains(&format!(" {}/600 ", n_rows(&run))), "all rows are saved: {row}");
         itarl(&["resume", text(&run)]).ends(DONE);
@@ -130,7 +130,7 @@ fn an_endless_update_is_left_and_gone_on_with() {
         thread::sleep(Duration::from_millis(500 * (attempt + 1)));
         signal(&child, "TERM");
         stopping(child).ends(STOPPED).prints(&["0 of 4 cells done, 4 to go on"]);
-        let said = itarl(&["status", text(&run)]).ends(DONE).prints(&["4 stopped"]);
+        let said = itarl(&["status", text(&run)]).ends(STOPPED).prints(&["4 stopped"]);
         assert!(said.out.contains(" 0/30 "), "{said:?}");
         let (updates, control_steps) = progress(&run).unwrap();
         assert!(updates == 0 && control_steps > before, "{control_steps} after {before}");
@@ -149,7 +149,7 @@ fn a_robot_that_settles_is_left_and_begun_again() {
     wait_until(|| cell(&run).join("metrics.csv").exists());
     signal(&child, "TERM");
     stopping(child).ends(STOPPED).prints(&["0 of 4 cells done, 4 to go on"]);
-    itarl(&["status", text(&run)]).ends(DONE).prints(&["4 cells: 4 waiting"]);
+    itarl(&["status", text(&run)]).ends(STOPPED).prints(&["4 cells: 4 waiting"]);
 }
 
 /// As `timeout` does it, which tells the process and then its group.

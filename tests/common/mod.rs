@@ -122,7 +122,7 @@ pub(crate) fn signal(child: &Child, name: &str) {
     assert!(status.success());
 }
 
-/// What all cells have learned: each file's bytes by its path. Locks are empty, and no result.
+/// What all cells have learned: each file's bytes by its path. Locks have who was there, which is no result.
 pub(crate) fn results(run: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut files = tree(&run.join("cells"));
     files.retain(|name, _| !name.ends_with("/lock"));

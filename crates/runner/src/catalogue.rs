@@ -4,20 +4,23 @@
 //! Whoever trains and whoever reads begins here, so that both believe the same.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     path::{Path, absolute},
 };
 
 use anyhow::Context;
 use figures::{Measure, Omitted, Results};
 use policy::Start;
-use runs::{CellFolder, CellStatus, Expected, FileCopy, PublishedCell, Row, Run};
+use runs::{
+    CELLS, CellFolder, CellStatus, Expected, FileCopy, Inspection, MODELS, Manifest, POLICIES,
+    PublishedCell, Row, Run,
+};
 use svenja::Morphology;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::{
-    experiment::{Cell, Plan},
-    models, policies,
+    experiment::{self, Cell, Experiment, Plan},
+    models,
 };
 
 /// A run, opened to be read or to be gone on with.
@@ -95,33 +98,25 @@ impl Catalogue {
     pub fn of(run: Run) -> anyhow::Result<Self> {
         let plan = Plan::written(&run.experiment_path(), run.experiment())?;
         let listed = run.manifest();
-        let damaged = |what| Err(runs::Error::damaged(&run.manifest_path(), what).into());
+        let damaged = |what: String| runs::Error::damaged(&run.manifest_path(), what);
         if let Some(what) = contradiction(&plan, listed) {
-            return damaged(what);
+            return Err(damaged(what).into());
         }
-        let (models, policies) = (models::paths(&run), policies::paths(&run));
-        let listed_at = |paths: &[String], path: &str| {
-            let index = paths.iter().position(|listed| listed == path);
-            index.ok_or_else(|| format!("it doesn't list {path}, which experiment.toml has"))
-        };
-        let (mut cells, mut robots, mut known) = (Vec::new(), Vec::new(), BTreeMap::new());
-        for (cell, in_manifest) in plan.cells().iter().zip(&listed.cells) {
-            let model = listed_at(&models, &cell.experiment.model);
-            let initial = cell.experiment.initial().map(|path| listed_at(&policies, path));
-            let (model, initial) = match (model, initial.transpose()) {
-                (Ok(model), Ok(initial)) => (model, initial),
-                (Err(what), _) | (_, Err(what)) => return damaged(what),
-            };
-            let policy = initial.map(|index| &listed.policies[index]);
-            let identity = identity(cell, &listed.models[model], policy);
-            let folder = run.cell(in_manifest);
-            let robot = *known.entry(models::key(&cell.experiment)).or_insert_with(|| {
-                robots.push(cells.len());
+        let mut cells = identified(run.folder(), &plan, listed).map_err(damaged)?;
+        let mut sorted = Vec::with_capacity(cells.len());
+        let (mut robots, mut known) = (Vec::new(), BTreeMap::new());
+        for in_manifest in &listed.cells {
+            // Each of them is there, as nothing contradicts.
+            let key = (in_manifest.setting.clone(), in_manifest.seed);
+            let Some(mut it) = cells.remove(&key) else { continue };
+            it.cell.index = in_manifest.index;
+            it.robot = *known.entry(models::key(&it.cell.experiment)).or_insert_with(|| {
+                robots.push(sorted.len());
                 robots.len() - 1
             });
-            cells.push(RunCell { cell: cell.clone(), folder, identity, model, robot, initial });
+            sorted.push(it);
         }
-        Ok(Self { run, plan, cells, robots })
+        Ok(Self { run, plan, cells: sorted, robots })
     }
 
     /// The run that a cell's folder is in, with the cell.
@@ -263,8 +258,9 @@ impl Catalogue {
                 Some(published) => cell.folder.published_state(published, updates),
                 None => self.expecting(cell, |expected| cell.folder.inspect(expected)),
             };
-            let look = look.map(|(state, saved_updates, latest)| {
-                (state, saved_updates, latest.map(|row| cell.completed(row)))
+            let look = look.map(|seen| Inspection {
+                latest: seen.latest.map(|row| cell.completed(row)),
+                ..seen
             });
             let listed = &self.run.manifest().cells[cell.cell.index];
             CellStatus::new(listed, updates, look)
@@ -298,31 +294,71 @@ fn contradiction(plan: &Plan, manifest: &runs::Manifest) -> Option<String> {
         let [here, there] = [&manifest.seeds[..], plan.seeds()].map(|seeds| format!("{seeds:?}"));
         return Some(format!("the seeds are {here}, and in experiment.toml {there}"));
     }
-    let here = manifest.cells.iter().map(|cell| (cell.setting.as_str(), cell.seed));
-    let there = plan.cells().iter().map(|cell| (cell.setting.as_str(), cell.seed));
-    let name = |(setting, seed): (&str, u64)| format!("{setting}/seed={seed}");
-    if let Some((i, (here, there))) =
-        here.zip(there).enumerate().find(|(_, (here, there))| here != there)
-    {
-        let [here, there] = [here, there].map(name);
-        return Some(format!("cell {i} is {here}, and in experiment.toml {there}"));
+    // In any order: those that a run got later are behind the others.
+    let here: BTreeSet<_> =
+        manifest.cells.iter().map(|cell| (cell.setting.as_str(), cell.seed)).collect();
+    let there: BTreeSet<_> =
+        plan.cells().iter().map(|cell| (cell.setting.as_str(), cell.seed)).collect();
+    let name = |(setting, seed): &(&str, u64)| format!("{setting}/seed={seed}");
+    if let Some(cell) = here.difference(&there).next() {
+        return Some(format!("it lists cell {}, and experiment.toml has no such cell", name(cell)));
     }
-    let [here, there] = [manifest.cells.len(), plan.cells().len()];
-    (here != there).then(|| format!("it lists {here} cells, and experiment.toml has {there}"))
+    let missing = there.difference(&here).next();
+    missing.map(|cell| format!("it doesn't list cell {}, which experiment.toml has", name(cell)))
+}
+
+/// The cells of a plan, by setting and seed, for a run with these files in its folder, their robots not
+/// counted yet; or what is missing there.
+pub(crate) fn identified(
+    folder: &Path,
+    plan: &Plan,
+    manifest: &Manifest,
+) -> Result<BTreeMap<(String, u64), RunCell>, String> {
+    let paths = |sub: &str, copies: &[FileCopy]| {
+        let path = |copy: &FileCopy| experiment::absolute(&folder.join(sub).join(&copy.file));
+        copies.iter().map(path).collect::<Vec<_>>()
+    };
+    let models = paths(MODELS, &manifest.models);
+    let policies = paths(POLICIES, &manifest.policies);
+    let listed_at = |paths: &[String], path: &str| {
+        let index = paths.iter().position(|listed| listed == path);
+        index.ok_or_else(|| format!("it doesn't list {path}, which experiment.toml has"))
+    };
+    let (mut cells, mut settings) = (BTreeMap::new(), BTreeMap::new());
+    for cell in plan.cells() {
+        let model = listed_at(&models, &cell.experiment.model)?;
+        let initial =
+            cell.experiment.initial().map(|path| listed_at(&policies, path)).transpose()?;
+        let policy = initial.map(|index| &manifest.policies[index]);
+        // The same for all seeds: a run may have thousands.
+        let text = settings
+            .entry(&cell.setting)
+            .or_insert_with(|| resolved(&cell.experiment, &manifest.models[model], policy));
+        let identity = identity(cell, text);
+        let folder = CellFolder::new(folder.join(CELLS).join(cell.folder()));
+        let key = (cell.setting.clone(), cell.seed);
+        let cell = cell.clone();
+        cells.insert(key, RunCell { cell, folder, identity, model, robot: 0, initial });
+    }
+    Ok(cells)
 }
 
 /// Of setting, seed, files and all settings, wherever the run is and however far it goes.
-fn identity(cell: &Cell, model: &FileCopy, policy: Option<&FileCopy>) -> u64 {
+fn identity(cell: &Cell, resolved: &str) -> u64 {
+    xxh3_64(format!("{}\n{}\n{resolved}", cell.setting, cell.seed).as_bytes())
+}
+
+/// All settings, with hashes in place of files.
+fn resolved(experiment: &Experiment, model: &FileCopy, policy: Option<&FileCopy>) -> String {
     let hash = |copy: &FileCopy| format!("{:016x}", copy.xxh3.0);
-    let mut experiment = cell.experiment.clone();
+    let mut experiment = experiment.clone();
     experiment.description = None;
     experiment.model = hash(model);
     if let Some(policy) = policy {
         experiment.policy.start = Start::File(hash(policy));
     }
     experiment.learning.updates = 0;
-    let text = format!("{}\n{}\n{}", cell.setting, cell.seed, experiment.to_toml());
-    xxh3_64(text.as_bytes())
+    experiment.to_toml()
 }
 
 #[cfg(test)]
@@ -338,7 +374,9 @@ mod tests {
         let plan = Plan::open(&file, &changes).unwrap();
         let cells = plan.cells();
         let svenja = FileCopy { file: "svenja.toml".into(), xxh3: Hash(0xfd1a_2299_37d3_bdd4) };
-        let identity = |cell| format!("{:016x}", identity(cell, &svenja, None));
+        let identity = |cell: &Cell| {
+            format!("{:016x}", identity(cell, &resolved(&cell.experiment, &svenja, None)))
+        };
         assert_eq!(cells[0].folder(), Path::new("xi=0.75/seed=1"));
         assert_eq!(identity(&cells[0]), "0ea4cc31311e4ae5");
         assert_eq!(cells[15].folder(), Path::new("xi=1/seed=8"));
@@ -377,7 +415,10 @@ mod tests {
             Plan::written(Path::new("/x.toml"), &text).unwrap().cells()[0].clone()
         };
         let copy = |xxh3| FileCopy { file: "x".into(), xxh3: Hash(xxh3) };
-        let of = |path, xxh3| identity(&cell(path), &copy(1), Some(&copy(xxh3)));
+        let of = |path, xxh3| {
+            let cell = cell(path);
+            identity(&cell, &resolved(&cell.experiment, &copy(1), Some(&copy(xxh3))))
+        };
         assert_eq!(of("/a", 2), of("/b", 2));
         assert_ne!(of("/a", 2), of("/a", 3));
     }

@@ -1,12 +1,17 @@
 //! The command line: what can be typed, with an example for each command.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, time::Duration};
 
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint, builder::PossibleValuesParser};
 use clap_complete::Shell;
 use figures::FIGURES;
+use serde::Serialize;
+
+pub use values::{Cells, Size, Task};
 
 use crate::{experiment::known, training::SolverKind};
+
+mod values;
 
 /// Trains simulated robots whose reward mixes a task with the information in their own sensors.
 #[derive(Debug, Parser)]
@@ -34,33 +39,54 @@ itarl config [OPTIONS] <FILE>
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Train all cells of an experiment file
-    #[command(after_help = "Example:
+    #[command(after_help = "Examples:
   itarl train experiments/quick.toml --set reward.mix.power=1 --out runs/power-1
+  itarl train experiments/figure2.toml --out /shared/figure2 --for 55m    # on each of many machines
 
 Ctrl-C, SIGTERM, SIGHUP or SIGUSR1 stop it at the next control step, with all saved (exit code 75);
-a second one, after a second or more, at once. The same command, or `itarl resume`, goes on.")]
+a second one, after a second or more, at once. The same command, or `itarl resume`, goes on.
+
+Started several times on one folder, on one machine or on many, each takes cells that nobody is at, in
+groups that fill its lanes, and ends when there's none left: with 75 if others are still at some.")]
     Train(Train),
     /// Go on with a run that was stopped or killed
     #[command(after_help = "Examples:
   itarl resume runs/quick
   itarl resume runs/quick --updates 2000    # and longer than it was meant to be")]
     Resume(Resume),
-    /// Train exactly one cell, for schedulers that spread a sweep
-    #[command(after_help = "Example:
+    /// Train these cells and no others, for schedulers that spread a sweep
+    #[command(after_help = "Examples:
   itarl train experiments/figure2.toml --list
   itarl cell experiments/figure2.toml --index 17 --out /shared/figure2
+  itarl cell experiments/figure2.toml --cells 0-15 --out /shared/figure2
+  itarl cell experiments/figure2.toml --task 1/10 --out /shared/figure2    # the first tenth
 
+All in one thread: 16 cells in its lanes take about as long as four or five alone.
 Several of these may share the folder: the first makes it, the others compare. A cell that another
 process is at is left to it (exit code 75).")]
     Cell(Cell),
-    /// Show where each cell of a run stands, also while it runs
+    /// Print a batch script that starts workers on a Slurm cluster; submit it with sbatch
     #[command(after_help = "Example:
-  itarl status runs/quick")]
-    Status {
-        /// The run's folder
-        #[arg(value_hint = ValueHint::DirPath)]
-        run: PathBuf,
-    },
+  itarl slurm experiments/figure2.toml --out /shared/figure2 --nodes 10 --time 1h | sbatch
+
+Each worker takes cells that nobody is at. One that is asked to stop, or leaves cells to others, is
+queued again, until all are done. docs/clusters.md tells more.")]
+    Slurm(Slurm),
+    /// Show where each cell of a run stands, also while it runs
+    #[command(after_help = "Examples:
+  itarl status runs/quick
+  itarl status runs/quick --watch=60         # until nothing is left to do
+  itarl status runs/quick --json | jq .pace  # docs/json.md has the shape
+
+Exit codes: 0 all cells are done; 75 some aren't yet; 1 some failed, or can't be read.")]
+    Status(Status),
+    /// Put runs of the same settings together: other seeds, other values, or cells of the same run
+    #[command(after_help = "Example:
+  itarl merge runs/seeds-1-8 runs/seeds-9-16 --out runs/seeds-1-16
+
+The runs stay as they are. A cell that two of them have must have the same bytes in both. The new run
+has all combinations of what they sweep; those that none of them has are trained by `itarl resume`.")]
+    Merge(Merge),
     /// Show what was learned: early updates against late ones, for each setting
     #[command(after_help = "Example:
   itarl summary runs/quick --early 1-40 --late 120-160")]
@@ -201,18 +227,96 @@ pub struct Cell {
     /// What to train.
     #[command(flatten)]
     pub experiment: ExperimentFile,
-    /// Which cell, as `itarl train FILE --list` counts
-    #[arg(long)]
-    pub index: usize,
+    /// Which cells.
+    #[command(flatten)]
+    pub which: Which,
     /// The run's folder
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub out: PathBuf,
-    /// Stop after so many updates
-    #[arg(long, value_name = "UPDATES")]
-    pub stop_after: Option<u64>,
-    /// Who steps the world
+    /// How far it goes.
+    #[command(flatten)]
+    pub until: Until,
+    /// Who steps the worlds
     #[arg(long, value_enum, default_value_t)]
     pub solver: SolverKind,
+}
+
+/// Some cells of an experiment, as `itarl train FILE --list` counts them.
+#[derive(Debug, Args)]
+#[group(required = true, multiple = false)]
+pub struct Which {
+    /// A cell
+    #[arg(long, value_name = "N")]
+    pub index: Option<usize>,
+    /// Cells, as in 0-15 or 3,7,20-23
+    #[arg(long, value_name = "FIRST-LAST,...", value_delimiter = ',')]
+    pub cells: Vec<Cells>,
+    /// The K-th of N parts of all cells, K from 1, as array jobs count
+    #[arg(long, value_name = "K/N")]
+    pub task: Option<Task>,
+}
+
+/// The arguments of `itarl slurm`.
+#[derive(Debug, Args)]
+pub struct Slurm {
+    /// What to train.
+    #[command(flatten)]
+    pub experiment: ExperimentFile,
+    /// The run's folder, which all nodes see [default: runs/NAME for NAME.toml]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub out: Option<PathBuf>,
+    /// Workers, each on a node of its own or beside others
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    pub nodes: u16,
+    /// Cores of a worker [default: as many as all cells fill with their lanes, up to 16]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub cpus: Option<u16>,
+    /// Time of a job, as in 1h30m; what isn't done then is gone on with by the next one
+    #[arg(long, value_name = "TIME", default_value = "1h", value_parser = humantime::parse_duration)]
+    pub time: Duration,
+    /// Whose account pays
+    #[arg(long, value_name = "NAME")]
+    pub account: Option<String>,
+    /// Which nodes
+    #[arg(long, value_name = "NAME")]
+    pub partition: Option<String>,
+    /// One more option of sbatch, as in --sbatch=--qos=long
+    #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
+    pub sbatch: Vec<String>,
+}
+
+/// The arguments of `itarl status`.
+#[derive(Debug, Args)]
+pub struct Status {
+    /// The run's folder
+    #[arg(value_hint = ValueHint::DirPath)]
+    pub run: PathBuf,
+    /// Look again every so many seconds, until nothing is left to do
+    #[arg(long, value_name = "SECONDS", num_args = 0..=1, require_equals = true,
+        default_missing_value = "10", value_parser = clap::value_parser!(u64).range(1..))]
+    pub watch: Option<u64>,
+    /// How it's printed.
+    #[command(flatten)]
+    pub print: Print,
+}
+
+/// The arguments of `itarl merge`.
+#[derive(Debug, Args)]
+pub struct Merge {
+    /// The runs' folders
+    #[arg(required = true, value_name = "RUN", value_hint = ValueHint::DirPath)]
+    pub runs: Vec<PathBuf>,
+    /// The new run's folder
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub out: PathBuf,
+}
+
+/// How results are printed.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct Print {
+    /// Print JSON, one object a line, in the shape that docs/json.md has
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// The arguments of `itarl summary`.
@@ -227,6 +331,9 @@ pub struct Summary {
     /// Late updates [default: the last tenth]
     #[arg(long, value_name = "FIRST-LAST")]
     pub late: Option<Updates>,
+    /// How it's printed.
+    #[command(flatten)]
+    pub print: Print,
 }
 
 /// Figures of a run.
@@ -273,7 +380,7 @@ pub enum Format {
 }
 
 /// Some updates in a row.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Updates {
     /// The first update, counted from 1.
     pub first: u64,
@@ -293,9 +400,21 @@ pub struct Work {
     /// Who steps the worlds
     #[arg(long, value_enum, default_value_t)]
     pub solver: SolverKind,
+    /// How far it goes.
+    #[command(flatten)]
+    pub until: Until,
+}
+
+/// How far a call goes. What it leaves is gone on with by the next one.
+#[derive(Debug, Args)]
+pub struct Until {
     /// Stop each cell after so many updates in this call
     #[arg(long, value_name = "UPDATES")]
     pub stop_after: Option<u64>,
+    /// Stop after so much time, as in 55m or 1h30m, with all saved [default: within a Slurm job,
+    /// shortly before it ends]
+    #[arg(long = "for", value_name = "TIME", value_parser = humantime::parse_duration)]
+    pub time: Option<Duration>,
 }
 
 /// A run without learning.
@@ -316,6 +435,9 @@ pub struct Rollout {
     /// learned, random, neutral, or a gait file [default: learned for a cell, neutral for a model]
     #[arg(long, value_name = "POLICY")]
     pub policy: Option<String>,
+    /// How it's printed.
+    #[command(flatten)]
+    pub print: Print,
 }
 
 /// The arguments of `itarl replay`.
@@ -358,15 +480,6 @@ pub struct Replay {
     pub seed: u64,
 }
 
-/// The size of a picture in pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Size {
-    /// The width in pixels, 16 to 4096.
-    pub width: usize,
-    /// The height in pixels, 16 to 4096.
-    pub height: usize,
-}
-
 /// The commands of `itarl model`.
 #[derive(Debug, Subcommand)]
 pub enum Model {
@@ -385,6 +498,9 @@ pub enum Model {
         /// Model files
         #[arg(required = true, value_hint = ValueHint::FilePath)]
         files: Vec<PathBuf>,
+        /// How they're printed.
+        #[command(flatten)]
+        print: Print,
     },
 }
 
@@ -400,19 +516,7 @@ pub struct Bench {
     /// Worlds stepped at a time [default: as many as there are lanes]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub lanes: Option<u16>,
-}
-
-impl std::str::FromStr for Size {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let parse = || {
-            let (width, height) = text.split_once('x')?;
-            let (width, height) = (width.parse().ok()?, height.parse().ok()?);
-            let fits = |side| (16..=4096).contains(&side);
-            (fits(width) && fits(height)).then_some(Self { width, height })
-        };
-        parse()
-            .ok_or_else(|| format!("WxH expected, each from 16 to 4096, as in 640x360, got {text}"))
-    }
+    /// How it's printed.
+    #[command(flatten)]
+    pub print: Print,
 }

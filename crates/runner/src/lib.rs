@@ -6,6 +6,7 @@
 //! | [`session`] | one cell at work: robot, policy, reward, gradient, step by step |
 //! | [`training`] | many cells over threads and lanes, with checkpoints, until done or stopped |
 //! | [`catalogue`] | a run's folder with what it's made of: where training and reading begin |
+//! | [`merge`] | run folders put together |
 //! | [`rollout`], [`gait`] | a policy or a gait without learning |
 //! | [`publish`] | what others need of a run, in a small folder |
 //! | [`clips`], [`report`] | what `scenes` and `figures` show of a run, composed |
@@ -22,6 +23,7 @@ pub mod clips;
 pub mod commands;
 pub mod experiment;
 pub mod gait;
+pub mod merge;
 pub mod progress;
 pub mod publish;
 pub mod report;

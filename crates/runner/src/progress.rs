@@ -1,7 +1,7 @@
 //! How training goes, for whoever waits: bars in a terminal, now and then a line elsewhere.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     io::{IsTerminal, Write, stderr},
     sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::{Duration, Instant},
@@ -87,18 +87,21 @@ pub fn observer<'a>(
     open_run: &OpenRun,
     cells: impl IntoIterator<Item = &'a RunCell>,
 ) -> Box<dyn Observer> {
-    let mut work = Work::begin(Instant::now());
+    let (mut work, mut waiting) = (Work::begin(Instant::now()), BTreeSet::new());
     for cell in cells {
         let saved = Header::read(&cell.folder.checkpoint()).ok().flatten();
         // What a damaged checkpoint says is found out when it's opened.
         let done = saved.map_or(0, |header| header.control_steps).min(all_steps(cell));
         work.total = work.total.saturating_add(all_steps(cell));
         work.stands(cell.cell.index, done);
+        if done < all_steps(cell) {
+            waiting.insert(cell.cell.index);
+        }
     }
     let name = open_run.run().folder().display().to_string();
     match stderr().is_terminal() {
         true => Box::new(Bars::new(&name, work, ProgressDrawTarget::stderr())),
-        false => Box::new(Lines::new(name, work)),
+        false => Box::new(Lines::new(name, work, waiting)),
     }
 }
 
@@ -250,31 +253,47 @@ impl Drop for Bars {
 /// A line every few seconds, and one when a cell ends.
 struct Lines {
     name: String,
-    /// With when the last line was told.
-    state: Mutex<(Work, Instant)>,
+    state: Mutex<Told>,
 }
 
+struct Told {
+    work: Work,
+    /// When the last line was told.
+    last: Instant,
+    /// Cells that weren't done at first, and those that were begun here, by index.
+    waiting: BTreeSet<usize>,
+    begun: BTreeSet<usize>,
+    /// How many lines of cells that are elsewhere may still be told.
+    elsewhere: usize,
+}
+
+/// Lines that tell of cells elsewhere: in a large run, that's most of them for each of its workers.
+const ELSEWHERE: usize = 20;
+
 impl Lines {
-    fn new(name: String, work: Work) -> Self {
-        let begin = work.since;
-        Self { name, state: Mutex::new((work, begin)) }
+    /// `waiting`: the cells that aren't done, by index.
+    fn new(name: String, work: Work, waiting: BTreeSet<usize>) -> Self {
+        let (last, begun, elsewhere) = (work.since, BTreeSet::new(), ELSEWHERE);
+        Self { name, state: Mutex::new(Told { work, last, waiting, begun, elsewhere }) }
     }
 }
 
 impl Observer for Lines {
     fn begin(&self, cell: &RunCell, control_steps: u64) {
-        lock(&self.state).0.stands(cell.cell.index, control_steps);
+        let mut state = lock(&self.state);
+        state.work.stands(cell.cell.index, control_steps);
+        state.begun.insert(cell.cell.index);
     }
 
     fn row(&self, cell: &RunCell, row: &Row) {
         let mut state = lock(&self.state);
-        let (work, last) = &mut *state;
-        work.makes(cell.cell.index, row.control_steps);
+        state.work.makes(cell.cell.index, row.control_steps);
         let now = Instant::now();
-        if now - *last < LINE_EVERY {
+        if now - state.last < LINE_EVERY {
             return;
         }
-        *last = now;
+        state.last = now;
+        let work = &state.work;
         notify(format_args!(
             "{}: {:.1} % of {} cells, {}; {}: {}",
             self.name,
@@ -287,13 +306,26 @@ impl Observer for Lines {
     }
 
     fn end(&self, cell: &RunCell, ending: &Ending) {
-        if matches!(ending, Ending::Done) {
-            lock(&self.state).0.stands(cell.cell.index, all_steps(cell));
-        }
+        let mut state = lock(&self.state);
+        let index = cell.cell.index;
         let how = match ending {
-            Ending::Done => "done",
+            Ending::Done => {
+                state.work.stands(index, all_steps(cell));
+                match state.begun.contains(&index) {
+                    true => "done",
+                    // By another process, since this one looked first.
+                    false if state.waiting.contains(&index) => "done already",
+                    false => return,
+                }
+            }
             Ending::Stopped | Ending::Crowded(_) => "stopped",
-            Ending::Elsewhere => "elsewhere",
+            Ending::Elsewhere => match state.elsewhere.checked_sub(1) {
+                Some(left) => {
+                    state.elsewhere = left;
+                    "elsewhere"
+                }
+                None => return,
+            },
             Ending::Failed(_) => "failed",
             Ending::Broken(_) => "broken",
         };

@@ -57,6 +57,23 @@ pub(crate) fn sync_folder(folder: &Path) -> Result<(), Error> {
     File::open(folder).and_then(|file| file.sync_all()).at(folder, "forcing the folder to the disk")
 }
 
+/// Makes a folder if it isn't there, with its name and that of the folder around it forced to the disk.
+///
+/// # Errors
+/// If it can't be made.
+pub fn make_folder(folder: &Path) -> Result<(), Error> {
+    if folder.is_dir() {
+        return Ok(());
+    }
+    fs::create_dir_all(folder).at(folder, "making the folder")?;
+    folder
+        .ancestors()
+        .skip(1)
+        .take(3)
+        .filter(|it| !it.as_os_str().is_empty())
+        .try_for_each(sync_folder)
+}
+
 /// The folder that a file or folder is in.
 pub(crate) fn folder_of(path: &Path) -> &Path {
     match path.parent() {

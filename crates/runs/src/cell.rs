@@ -7,13 +7,12 @@
 
 use std::{
     collections::BTreeMap,
-    fs,
     path::{Path, PathBuf},
 };
 
 use super::{
     Appended, Checkpoint, Error, Expected, Header, Lock, Row, atomic,
-    atomic::sync_folder,
+    atomic::make_folder,
     error::At,
     metrics::read_columns,
     row::{Columns, header_line},
@@ -113,6 +112,10 @@ pub struct OpenCell {
     metrics: Appended,
     columns: Columns,
     lock: Lock,
+    /// At its checkpoint when it was opened.
+    updates: u64,
+    /// Whether the lock has the name of this process.
+    is_signed: bool,
 }
 
 impl OpenCell {
@@ -127,7 +130,7 @@ impl OpenCell {
         folder: CellFolder,
         expected: Expected,
     ) -> Result<(Self, Option<Checkpoint>), Error> {
-        make(folder.path())?;
+        make_folder(folder.path())?;
         let lock = Lock::acquire(&folder.lock())?;
         let checkpoint = Checkpoint::read(&folder.checkpoint(), expected)?;
         let metrics = match &checkpoint {
@@ -137,7 +140,10 @@ impl OpenCell {
         // It goes on as it was begun, so that its bytes don't depend on who goes on with it.
         let columns = read_columns(&folder.metrics())?
             .ok_or_else(|| Error::damaged(&folder.metrics(), "it has no first line"))?;
-        Ok((Self { folder, identity: expected.identity, metrics, columns, lock }, checkpoint))
+        let identity = expected.identity;
+        let updates = checkpoint.as_ref().map_or(0, |it| it.header.updates);
+        let cell = Self { folder, identity, metrics, columns, lock, updates, is_signed: false };
+        Ok((cell, checkpoint))
     }
 
     /// The cell's folder.
@@ -160,6 +166,7 @@ impl OpenCell {
     ///
     /// # Errors
     /// If something can't be written. There's then either the older checkpoint or this one, whole.
+    /// [`Error::Moved`] or [`Error::Foreign`] if the cell isn't this process's any more.
     pub fn save(&mut self, snapshot: Snapshot<'_>) -> Result<(), Error> {
         let Snapshot { updates, control_steps, sections, policy, replay } = snapshot;
         let metrics = self.metrics.sync()?;
@@ -191,26 +198,27 @@ impl OpenCell {
         self.write(&self.folder.failed(), format!("{reason}\n").as_bytes())
     }
 
+    /// Leaves the name of this process in the lock: from then on, another one that comes to the cell,
+    /// too, is noticed before anything is written. The first write does it otherwise.
+    ///
+    /// # Errors
+    /// If it can't be written.
+    pub fn sign(&mut self) -> Result<(), Error> {
+        self.lock.sign(self.updates)?;
+        self.is_signed = true;
+        Ok(())
+    }
+
     /// A whole file, if the folder at the path is still the one that is locked: after a rename it may
-    /// be that of another run.
-    fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    /// be that of another run. And if nobody else writes here, as may be where locks don't hold.
+    fn write(&mut self, path: &Path, bytes: &[u8]) -> Result<(), Error> {
         self.lock.require()?;
+        match self.is_signed {
+            true => self.lock.require_signature()?,
+            false => self.sign()?,
+        }
         atomic::write(path, bytes)
     }
-}
-
-/// The folder, with its name and that of the folder around it forced to the disk.
-fn make(folder: &Path) -> Result<(), Error> {
-    if folder.is_dir() {
-        return Ok(());
-    }
-    fs::create_dir_all(folder).at(folder, "making the folder")?;
-    folder
-        .ancestors()
-        .skip(1)
-        .take(3)
-        .filter(|it| !it.as_os_str().is_empty())
-        .try_for_each(sync_folder)
 }
 
 /// Metrics with the first line alone. Exports without a checkpoint aren't a beginning: the
@@ -224,8 +232,10 @@ fn begin(folder: &CellFolder) -> Result<Appended, Error> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
-    use crate::{read_all, read_last};
+    use crate::{Signature, Writer, read_all, read_last};
 
     const EXPECTED: Expected = Expected { identity: 7, updates: 100, steps_per_update: 100 };
 
@@ -250,8 +260,10 @@ mod tests {
         }
     }
 
+    /// All files but the lock, which says who was there.
     fn files(folder: &CellFolder) -> Vec<(String, Vec<u8>)> {
         let entries = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap());
+        let entries = entries.filter(|it| it.path() != folder.lock());
         let mut files: Vec<_> = entries
             .map(|it| (it.file_name().into_string().unwrap(), fs::read(it.path()).unwrap()))
             .collect();
@@ -398,6 +410,45 @@ mod tests {
             error.contains("checkpoint: damaged: it has 4 updates, and the experiment ends at 3")
         );
         assert_eq!(files(&folder), before);
+    }
+
+    /// As another process would.
+    fn sign(folder: &CellFolder) -> Writer {
+        let writer = Writer { process: 0, ..Writer::this().clone() };
+        let signature = Signature { writer: writer.clone(), updates: 0 };
+        fs::write(folder.lock(), serde_json::to_vec(&signature).unwrap()).unwrap();
+        writer
+    }
+
+    /// As where two machines have a lock each.
+    #[test]
+    fn what_another_one_writes_to_is_left_to_it() {
+        let (_folder, [folder, _]) = cells();
+        let (mut cell, _) = OpenCell::open(folder.clone(), EXPECTED).unwrap();
+        cell.append(&row(1)).unwrap();
+        cell.save(snapshot(1)).unwrap();
+        let other = sign(&folder);
+        let before = files(&folder);
+        let saved = cell.save(snapshot(2));
+        assert!(matches!(saved, Err(Error::Foreign { writer, .. }) if writer == other));
+        assert!(matches!(cell.fail("?"), Err(Error::Foreign { .. })));
+        assert_eq!(files(&folder), before);
+    }
+
+    /// So that the lock still tells who wrote what is there.
+    #[test]
+    fn a_cell_that_is_done_is_looked_at_without_a_name() {
+        let (_folder, [folder, _]) = cells();
+        run(&folder, 4, 2);
+        sign(&folder);
+        let other = fs::read(folder.lock()).unwrap();
+        let expected = Expected { updates: 4, ..EXPECTED };
+        let (mut cell, _) = OpenCell::open(folder.clone(), expected).unwrap();
+        cell.export(b"p", b"r").unwrap();
+        assert_eq!(fs::read(folder.lock()).unwrap(), other);
+        cell.export(b"P", b"r").unwrap();
+        let signature = Signature::read(&folder.lock()).unwrap().unwrap();
+        assert_eq!((&signature.writer, signature.updates), (Writer::this(), 4));
     }
 
     #[test]

@@ -67,7 +67,11 @@ impl Run {
 }
 
 impl NewRun {
-    fn manifest(&self, folder: &Path) -> Result<Manifest, Error> {
+    /// What its run is made of, in a folder.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] if its cells or files can't have the names that they have.
+    pub fn manifest(&self, folder: &Path) -> Result<Manifest, Error> {
         let copies = |files: &[(String, Vec<u8>)]| {
             let copy = |(file, bytes): &(String, Vec<u8>)| FileCopy {
                 file: file.clone(),

@@ -7,6 +7,8 @@ use std::{
 
 use rustix::io::Errno;
 
+use super::Writer;
+
 /// Why something couldn't be written or read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -48,6 +50,33 @@ pub enum Error {
     Locked {
         /// The folder.
         path: PathBuf,
+    },
+    /// The file system has no locks.
+    #[error(
+        "{}: this file system locks no files, so that two processes could be at one cell: choose a \
+         folder elsewhere, or have it mounted with locks (Lustre: -o flock; NFS 3: with lockd): \
+         {cause}",
+        path.display()
+    )]
+    NoLocks {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        cause: io::Error,
+    },
+    /// Another process writes where this one does, though it holds the lock.
+    #[error(
+        "{}: {writer} (since {}) writes to this cell, too, though it's locked here: locks of this file \
+         system don't hold between machines (Lustre: mount it with -o flock, not localflock); this \
+         process left the cell to that one",
+        path.display(),
+        writer.start
+    )]
+    Foreign {
+        /// The cell's folder.
+        path: PathBuf,
+        /// The other one.
+        writer: Writer,
     },
     /// The folder that this process locked is no longer the one at its path.
     #[error(

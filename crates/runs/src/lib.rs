@@ -5,7 +5,8 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `run.rs`, `create.rs`, `manifest.rs`, `settings.rs` | [`Run`]: the folder as a whole; [`NewRun`]: made by one rename; [`Manifest`]: what it's made of; what may differ from it |
+//! | `run.rs`, `create.rs`, `grow.rs` | [`Run`]: the folder as a whole; [`NewRun`]: made by one rename; with more cells |
+//! | `manifest.rs`, `settings.rs` | [`Manifest`]: what it's made of; what may differ from it |
 //! | `cell.rs` | [`CellFolder`]: a cell's files; [`OpenCell`]: writing them, and in which order |
 //! | `checkpoint.rs` | [`Checkpoint`]: the whole state, in an envelope that says whose it is |
 //! | `row.rs`, `metrics.rs` | [`Row`]: one update; [`COLUMNS`]: what is known of it; reading `metrics.csv` |
@@ -13,7 +14,8 @@
 //! | `replay/` | [`Recording`]: the last control steps; [`Ring`]: as they're kept while training |
 //! | `record.rs`, `status.rs` | a cell as a reader may believe it; [`CellStatus`]: where it stands |
 //! | `publish.rs` | [`Publication`]: what others need of a run, in a small folder; [`Published`]: what is read of it |
-//! | `lock.rs`, `atomic.rs` | [`Lock`]: one writer at a time; [`atomic`]: whole files |
+//! | `lock.rs`, `writer.rs` | [`Lock`]: one writer at a time; [`Writer`]: who that is |
+//! | `atomic.rs` | [`atomic`]: whole files |
 //! | `error.rs` | [`Error`]: which file, what was being done, what to do about it |
 //! | `parallel.rs` | many cells read at a time |
 //!
@@ -43,6 +45,7 @@ mod cell;
 mod checkpoint;
 mod create;
 mod error;
+mod grow;
 mod lock;
 mod manifest;
 mod metrics;
@@ -54,20 +57,23 @@ mod row;
 mod run;
 mod settings;
 mod status;
+mod writer;
 
 pub use appended::{Appended, Extent};
+pub use atomic::make_folder;
 pub use cell::{CellFolder, OpenCell, Snapshot};
 pub use checkpoint::{Checkpoint, Expected, Header};
 pub use create::NewRun;
 pub use error::{Difference, Error};
-pub use lock::{Lock, is_locked};
+pub use lock::{Lock, is_locked, require_locks};
 pub use manifest::{Bullet, Cell, FileCopy, Hash, MODELS, Manifest, POLICIES, Precision};
 pub use metrics::{read_all, read_last};
 pub use publish::{Moments, Publication, Published, PublishedCell};
 pub use replay::{Layout, Packing, Recording, Ring, Step, TENSORS};
 pub use row::{COLUMNS, Column, Row, header_line};
-pub use run::{MANIFEST, Run};
+pub use run::{CELLS, MANIFEST, Run};
 pub use status::{CellStatus, Inspection, State};
+pub use writer::{Signature, Writer};
 
 #[cfg(test)]
 mod tests {

@@ -1,4 +1,9 @@
 //! One process at a time: a lock on a file, which the operating system frees however it ends.
+//!
+//! The lock is `flock`'s. NFS makes one of it that all its machines see, if the file is open for
+//! writing; Lustre does where it's mounted with `flock`, and with `localflock` each machine has its
+//! own locks. So a holder may leave its name in the file ([`Lock::sign`]), and look whether it's
+//! still there.
 
 use std::{
     fs::{self, File, Metadata, OpenOptions, TryLockError},
@@ -9,15 +14,17 @@ use std::{
     time::Duration,
 };
 
-use super::{Error, atomic::folder_of, error::At};
+use rustix::io::Errno;
 
-/// How often, and how long apart, a lock is asked for: [`is_locked`] holds a shared lock for some
-/// microseconds, and must not make a process fail that begins just then.
+use super::{Error, Signature, Writer, atomic::folder_of, error::At};
+
+/// How often, and how long apart, a lock is asked for that nobody holds for good: [`is_locked`] holds
+/// a shared lock for some microseconds, and must not make a process fail that begins just then.
 const ATTEMPTS: u32 = 20;
 const PAUSE: Duration = Duration::from_millis(5);
 
-/// Held until it's dropped or the process ends. The file stays, empty: taking it away would let
-/// two processes lock two files of one name.
+/// Held until it's dropped or the process ends. The file stays: taking it away would let two
+/// processes lock two files of one name.
 #[derive(Debug)]
 pub struct Lock {
     path: PathBuf,
@@ -29,31 +36,57 @@ impl Lock {
     ///
     /// # Errors
     /// [`Error::Locked`], with the file's folder, if another process (or another part of this one)
-    /// holds it.
+    /// holds it; [`Error::NoLocks`].
     pub fn acquire(path: &Path) -> Result<Self, Error> {
         let file = OpenOptions::new().write(true).create(true).truncate(false).open(path);
         let file = file.at(path, "opening")?;
-        for attempt in 1..=ATTEMPTS {
-            match file.try_lock() {
-                Ok(()) => return Ok(Self { path: path.into(), file }),
-                Err(TryLockError::Error(error)) => return Err(error).at(path, "locking"),
-                Err(TryLockError::WouldBlock) if attempt < ATTEMPTS => thread::sleep(PAUSE),
-                Err(TryLockError::WouldBlock) => {}
+        for _ in 0..ATTEMPTS {
+            if taken(file.try_lock(), path)? {
+                return Ok(Self { path: path.into(), file });
             }
+            // Beside others who only look there's room for one more who does.
+            if !taken(file.try_lock_shared(), path)? {
+                break;
+            }
+            file.unlock().at(path, "unlocking")?;
+            thread::sleep(PAUSE);
         }
         Err(Error::Locked { path: folder_of(path).into() })
     }
-}
 
-impl Lock {
-    /// Locks a file that is there, as soon as nobody else holds it. For what takes a moment.
+    /// Locks a file as soon as nobody else holds it, and makes it if it isn't there. For what takes a
+    /// moment.
     ///
     /// # Errors
     /// If it can't be opened or locked.
     pub(crate) fn wait(path: &Path) -> Result<Self, Error> {
-        let file = File::open(path).at(path, "opening")?;
-        file.lock().at(path, "locking")?;
+        // NFS locks only what is open for writing.
+        let file = OpenOptions::new().write(true).create(true).truncate(false).open(path);
+        let file = file.at(path, "opening")?;
+        file.lock().map_err(|cause| refused(path, cause))?;
         Ok(Self { path: path.into(), file })
+    }
+
+    /// Puts the name of this process into the file, with the updates that the cell has.
+    ///
+    /// # Errors
+    /// If it can't be written.
+    pub(crate) fn sign(&self, updates: u64) -> Result<(), Error> {
+        Signature::write(&self.path, &self.file, updates)
+    }
+
+    /// That the file still has the name of this process. If not, another one has the lock, too: this
+    /// file system's locks don't hold between the two.
+    ///
+    /// # Errors
+    /// [`Error::Foreign`], with the file's folder; what reading runs into.
+    pub(crate) fn require_signature(&self) -> Result<(), Error> {
+        match Signature::read(&self.path)?.map(|it| it.writer) {
+            Some(writer) if writer != *Writer::this() => {
+                Err(Error::Foreign { path: folder_of(&self.path).into(), writer })
+            }
+            _ => Ok(()),
+        }
     }
 
     /// That the locked file is still the one at its path. If not, whatever is there belongs to others:
@@ -76,6 +109,33 @@ impl Lock {
     }
 }
 
+/// Whether a lock was got.
+fn taken(tried: Result<(), TryLockError>, path: &Path) -> Result<bool, Error> {
+    match tried {
+        Ok(()) => Ok(true),
+        Err(TryLockError::WouldBlock) => Ok(false),
+        Err(TryLockError::Error(cause)) => Err(refused(path, cause)),
+    }
+}
+
+/// Why a file can't be locked: mostly, that its file system locks none.
+fn refused(path: &Path, cause: io::Error) -> Error {
+    let none = [Errno::NOLCK, Errno::NOSYS, Errno::OPNOTSUPP].map(|it| Some(it.raw_os_error()));
+    let path = path.into();
+    match none.contains(&cause.raw_os_error()) {
+        true => Error::NoLocks { path, cause },
+        false => Error::Io { path, doing: "locking", cause },
+    }
+}
+
+/// That files can be locked where this one is, which is there. Nobody is disturbed.
+///
+/// # Errors
+/// [`Error::NoLocks`]; if it can't be opened or asked.
+pub fn require_locks(path: &Path) -> Result<(), Error> {
+    is_locked(path).map(drop)
+}
+
 /// Whether someone holds the lock. Neither a holder nor one who is about to lock is disturbed.
 ///
 /// # Errors
@@ -85,16 +145,15 @@ pub fn is_locked(path: &Path) -> Result<bool, Error> {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
         opened => opened.at(path, "opening")?,
     };
-    match file.try_lock_shared() {
-        Ok(()) => Ok(false),
-        Err(TryLockError::WouldBlock) => Ok(true),
-        Err(TryLockError::Error(error)) => Err(error).at(path, "asking for its lock"),
-    }
+    Ok(!taken(file.try_lock_shared(), path)?)
 }
 
 #[cfg(test)]
 mod tests {
-    use std::sync::atomic::{AtomicBool, Ordering};
+    use std::{
+        os::unix::fs::FileExt,
+        sync::atomic::{AtomicBool, Ordering},
+    };
 
     use super::*;
 
@@ -150,6 +209,48 @@ mod tests {
             done.store(true, Ordering::Relaxed);
             assert!(locked);
         });
+    }
+
+    /// Where locks don't hold, the one who came later has its name there.
+    #[test]
+    fn another_name_in_the_file_is_noticed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("lock");
+        let lock = Lock::acquire(&path).unwrap();
+        let read = || Signature::read(&path).unwrap();
+        assert_eq!(read(), None);
+        lock.require_signature().unwrap();
+        lock.sign(3).unwrap();
+        let this = Signature { writer: Writer::this().clone(), updates: 3 };
+        assert_eq!(read(), Some(this));
+        lock.require_signature().unwrap();
+        let other = Writer { host: "node7".into(), ..Writer::this().clone() };
+        let signature = Signature { writer: other.clone(), updates: 3 };
+        fs::write(&path, serde_json::to_vec(&signature).unwrap()).unwrap();
+        let error = lock.require_signature().unwrap_err().to_string();
+        let expected = format!("{}: process {} on node7 ", folder.path().display(), other.process);
+        assert!(error.starts_with(&expected), "{error}");
+    }
+
+    /// NFS refuses to lock a file that is open for reading alone.
+    #[test]
+    fn what_is_locked_is_open_for_writing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("lock");
+        for lock in [Lock::acquire, Lock::wait] {
+            lock(&path).unwrap().file.write_all_at(b"x", 0).unwrap();
+        }
+    }
+
+    #[test]
+    fn a_file_system_without_locks_is_named_once() {
+        for errno in [Errno::NOLCK, Errno::NOSYS, Errno::OPNOTSUPP] {
+            let cause = || io::Error::from_raw_os_error(errno.raw_os_error());
+            let error = refused(Path::new("run/lock"), cause()).to_string();
+            assert!(error.starts_with("run/lock: this file system locks no files"), "{error}");
+            assert_eq!(error.matches(&cause().to_string()).count(), 1, "{error}");
+            assert_eq!(error.lines().count(), 1, "{error}");
+        }
     }
 
     #[test]

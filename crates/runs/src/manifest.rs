@@ -19,7 +19,7 @@ pub const MODELS: &str = "models";
 /// The folder of the copies of policies that cells start from.
 pub const POLICIES: &str = "policies";
 
-/// What a run is made of. Written once, when the run folder appears.
+/// What a run is made of. Written when the run folder appears, and when it gets more cells.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
@@ -184,12 +184,24 @@ impl Manifest {
             let hash = |hashes: &BTreeMap<_, u64>| Some(format!("XXH3 {:016x}", hashes.get(file)?));
             compare(file.clone(), hash(&of_there), hash(&of_here));
         }
-        for i in 0..self.cells.len().max(here.cells.len()) {
-            let cell = |manifest: &Self| manifest.cells.get(i).map(Cell::folder);
-            compare(format!("cell {i}"), cell(self), cell(here));
+        // Whatever their order: cells that a run got later are behind the others.
+        let folders = |manifest: &Self| manifest.cells.iter().map(Cell::folder).collect();
+        let [there, beside]: [BTreeSet<String>; 2] = [folders(self), folders(here)];
+        for cell in self.cells.iter().filter(|cell| !beside.contains(&cell.folder())) {
+            compare(format!("cell {}", cell.index), Some(cell.folder()), None);
+        }
+        for cell in here.cells.iter().filter(|cell| !there.contains(&cell.folder())) {
+            compare(format!("cell {}", cell.index), None, Some(cell.folder()));
         }
         let seeds = |manifest: &Self| Some(format!("{:?}", manifest.seeds));
         compare("seeds".into(), seeds(self), seeds(here));
+        differences
+    }
+
+    /// What of it isn't in another one, or isn't the same there.
+    pub(crate) fn lost(&self, here: &Self) -> Vec<Difference> {
+        let mut differences = self.differences(here);
+        differences.retain(|it| it.there != "nothing" && it.what != "seeds");
         differences
     }
 }

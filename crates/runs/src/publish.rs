@@ -109,7 +109,8 @@ impl CellFolder {
             (None, updates) if updates >= target_updates => State::Done,
             (None, _) => State::Stopped,
         };
-        Ok((state, published.updates, rows.last().copied()))
+        let latest = rows.last().copied();
+        Ok(Inspection { state, saved_updates: published.updates, latest, writer: None, pace: None })
     }
 }
 

@@ -1,6 +1,6 @@
 //! A run's folder: settings, manifest, copies of the files that settings name, the cells' folders.
 //!
-//! `create.rs` makes it; here it's opened, compared and extended.
+//! `create.rs` makes it, `grow.rs` gives it more cells; here it's opened, compared and extended.
 
 use std::{
     fs,
@@ -16,9 +16,15 @@ use super::{
 };
 
 pub(super) const EXPERIMENT: &str = "experiment.toml";
+/// The one that follows, while a run grows.
+pub(super) const NEXT_EXPERIMENT: &str = "experiment.toml.new";
 /// What every run's folder has: the file that says what it's made of.
 pub const MANIFEST: &str = "manifest.json";
-pub(super) const CELLS: &str = "cells";
+/// The folder of the cells.
+pub const CELLS: &str = "cells";
+
+/// How often a run may grow while it's being opened.
+const ATTEMPTS: u32 = 10;
 
 /// A run's folder, whole and checked. Holding it locks nothing.
 #[derive(Clone, Debug)]
@@ -45,17 +51,22 @@ impl Run {
                 Ok(_) => "not the folder of a run: it has no manifest.json; choose another one",
             }));
         };
-        let manifest = Manifest::decode(&manifest_path, &bytes)?;
-        let path = folder.join(EXPERIMENT);
-        let text = atomic::read(&path)?.ok_or_else(|| Error::damaged(&path, "missing"))?;
-        let experiment = String::from_utf8(text)
-            .map_err(|error| Error::damaged(&path, error.utf8_error().to_string()))?;
-        if Hash(Settings::read(&path, &experiment)?.xxh3()) != manifest.settings_xxh3 {
-            let what = "its settings aren't those that the run was made with (manifest.json has \
-                        their hash); put them back, or begin a new run with them";
-            return Err(Error::damaged(&path, what));
+        let mut manifest = Manifest::decode(&manifest_path, &bytes)?;
+        for _ in 0..ATTEMPTS {
+            if let Some(experiment) = experiment_of(folder, &manifest)? {
+                return Ok(Self { folder: folder.into(), experiment, manifest });
+            }
+            // It may have grown since the manifest was read.
+            let bytes = atomic::read(&manifest_path)?.unwrap_or_default();
+            let now = Manifest::decode(&manifest_path, &bytes)?;
+            if now == manifest {
+                break;
+            }
+            manifest = now;
         }
-        Ok(Self { folder: folder.into(), experiment, manifest })
+        let what = "its settings aren't those that the run was made with (manifest.json has their \
+                    hash); put them back, or begin a new run with them";
+        Err(Error::damaged(&folder.join(EXPERIMENT), what))
     }
 
     /// Refuses to go on with another physics engine than the run was made with.
@@ -77,6 +88,17 @@ impl Run {
                 Err(Error::Published { path: self.folder.clone(), every })
             }
         }
+    }
+
+    /// In what the settings of another run differ, but for what is swept and `learning.updates`.
+    ///
+    /// # Errors
+    /// If they can't be read.
+    pub fn differences(&self, other: &Self) -> Result<Vec<Difference>, Error> {
+        let settings = |run: &Self| Settings::read(&run.experiment_path(), run.experiment());
+        let mut differences = settings(self)?.differences(&settings(other)?);
+        differences.retain(|it| !it.what.starts_with("sweep."));
+        Ok(differences)
     }
 
     /// Refuses what isn't as the run was made.
@@ -136,8 +158,7 @@ impl Run {
         if here.updates == there.updates {
             return Ok(());
         }
-        // The manifest is never replaced, so all lock the same file.
-        let _lock = Lock::wait(&self.manifest_path())?;
+        let _lock = self.lock()?;
         *self = Self::open(&self.folder)?;
         let there = settings(&self.experiment)?;
         self.refuse(there.differences(&here))?;
@@ -146,6 +167,12 @@ impl Run {
             self.experiment = experiment.into();
         }
         Ok(())
+    }
+
+    /// Lets one process at a time change what the run is made of. The file is one that's never
+    /// replaced, so all lock the same.
+    pub(super) fn lock(&self) -> Result<Lock, Error> {
+        Lock::wait(&self.folder.join("lock"))
     }
 
     /// The path of a model file's copy.
@@ -183,6 +210,28 @@ impl Run {
     pub fn cell(&self, cell: &Cell) -> CellFolder {
         CellFolder::new(self.folder.join(CELLS).join(cell.folder()))
     }
+}
+
+/// The text that a manifest has the hash of; none if there's none. A run that has grown may have been
+/// left before its new text took the place of the old one.
+fn experiment_of(folder: &Path, manifest: &Manifest) -> Result<Option<String>, Error> {
+    let path = folder.join(EXPERIMENT);
+    let missing = || Error::damaged(&path, "missing");
+    let text = |bytes: Vec<u8>| {
+        String::from_utf8(bytes)
+            .map_err(|error| Error::damaged(&path, error.utf8_error().to_string()))
+    };
+    let is_it = |text: &String| {
+        let hash = Settings::read(&path, text).map(|it| Hash(it.xxh3()));
+        hash.map(|hash| hash == manifest.settings_xxh3)
+    };
+    let experiment = text(atomic::read(&path)?.ok_or_else(missing)?)?;
+    if is_it(&experiment)? {
+        return Ok(Some(experiment));
+    }
+    let Some(next) = atomic::read(&folder.join(NEXT_EXPERIMENT))? else { return Ok(None) };
+    let next = text(next)?;
+    Ok(is_it(&next)?.then_some(next))
 }
 
 fn read_copy(path: &Path, copy: &FileCopy) -> Result<Vec<u8>, Error> {

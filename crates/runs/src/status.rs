@@ -1,6 +1,10 @@
 //! Where a cell stands, also while it runs: nothing is disturbed.
 
-use super::{Cell, CellFolder, Error, Expected, Header, Row, is_locked, read_last};
+use std::fs;
+
+use super::{
+    Cell, CellFolder, Error, Expected, Header, Row, Signature, Writer, is_locked, read_last,
+};
 
 /// What a cell is doing.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -36,14 +40,24 @@ pub struct CellStatus {
     pub target_updates: u64,
     /// Its newest row, which may be ahead of the checkpoint.
     pub latest: Option<Row>,
+    /// Who is at it, where it's running and its lock says so.
+    pub writer: Option<Writer>,
+    /// Updates in a second since that one came to it, once there is one.
+    pub pace: Option<f64>,
 }
 
 impl CellStatus {
     /// A cell that's to have `target_updates`, as it was seen. One that can't be read says why.
     #[must_use]
     pub fn new(cell: &Cell, target_updates: u64, look: Result<Inspection, Error>) -> Self {
-        let (state, saved_updates, latest) =
-            look.unwrap_or_else(|error| (State::Unreadable(error.to_string()), 0, None));
+        let Inspection { state, saved_updates, latest, writer, pace } =
+            look.unwrap_or_else(|error| Inspection {
+                state: State::Unreadable(error.to_string()),
+                saved_updates: 0,
+                latest: None,
+                writer: None,
+                pace: None,
+            });
         Self {
             index: cell.index,
             setting: cell.setting.clone(),
@@ -52,6 +66,8 @@ impl CellStatus {
             saved_updates,
             target_updates,
             latest,
+            writer,
+            pace,
         }
     }
 
@@ -65,8 +81,20 @@ impl CellStatus {
     }
 }
 
-/// What can be seen of a cell: its state, the updates in its checkpoint, its newest row.
-pub type Inspection = (State, u64, Option<Row>);
+/// What can be seen of a cell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inspection {
+    /// The state that it's in.
+    pub state: State,
+    /// Updates in its checkpoint; 0 without one.
+    pub saved_updates: u64,
+    /// Its newest row.
+    pub latest: Option<Row>,
+    /// Who is at it, where it's running and its lock says so.
+    pub writer: Option<Writer>,
+    /// Updates in a second since that one came to it, once there is one.
+    pub pace: Option<f64>,
+}
 
 impl CellFolder {
     /// Where the cell stands. A cell that nobody is at is checked as a resume would check it.
@@ -90,7 +118,19 @@ impl CellFolder {
             (None, Some(updates)) if updates >= expected.updates => State::Done,
             (None, Some(_)) => State::Stopped,
         };
-        Ok((state, saved_updates.unwrap_or(0), read_last(&self.metrics())?))
+        let latest = read_last(&self.metrics())?;
+        let signature = if is_running { Signature::read(&self.lock())? } else { None };
+        let pace = signature.as_ref().and_then(|it| self.pace(it.updates, latest?.update));
+        let (saved_updates, writer) = (saved_updates.unwrap_or(0), signature.map(|it| it.writer));
+        Ok(Inspection { state, saved_updates, latest, writer, pace })
+    }
+
+    /// Updates in a second since the lock was signed, which was at `from`, by the file system's clock.
+    fn pace(&self, from: u64, update: u64) -> Option<f64> {
+        let changed = |path| fs::metadata(path).and_then(|it| it.modified()).ok();
+        let time = changed(self.metrics())?.duration_since(changed(self.lock())?).ok()?;
+        let made = update.checked_sub(from).filter(|&made| made > 0)?;
+        Some(made as f64 / time.as_secs_f64().max(1e-3))
     }
 }
 
@@ -165,6 +205,8 @@ mod tests {
                 (0, 0, None, State::Running),
             ]
         );
+        let this = Some(Writer::this().clone());
+        assert_eq!([2, 3].map(|index| status(&cells[index], TARGET).writer), [this, None]);
         drop((running, beginning));
         assert_eq!(status(&cells[2], TARGET).state, State::Stopped);
         assert_eq!(status(&cells[2], 2).state, State::Done);

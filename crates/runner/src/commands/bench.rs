@@ -10,9 +10,10 @@ use std::{
 };
 
 use anyhow::Context;
+use serde::Serialize;
 use svenja::Morphology;
 
-use super::{Outcome, print_line};
+use super::{Outcome, json::print_json, print_line};
 use crate::{
     cli::Bench,
     experiment::{Experiment, Plan},
@@ -57,22 +58,60 @@ pub(super) fn bench(arguments: &Bench) -> anyhow::Result<Outcome> {
     ratios.sort_by(f64::total_cmp);
 
     let physics_steps = experiment.physics_steps_per_control_step() as f64;
+    let ratio = ratios[ratios.len() / 2];
+    let bullet_step_us = 1e6 * alone.physics.as_secs_f64() / (alone.steps as f64 * physics_steps);
     let instructions = in_lanes.solver.instructions().map_or("", bullet::Instructions::name);
+    if arguments.print.json {
+        print_json(
+            "bench",
+            Report {
+                cells: n_cells,
+                instructions,
+                ratio,
+                in_lanes: in_lanes.speed(),
+                bullet: alone.speed(),
+                bullet_step_us,
+            },
+        )?;
+        return Ok(Outcome::Done);
+    }
     print_line(format_args!(
         "{:.0} control steps/s with {n_cells} cells in lanes ({instructions}), {:.0} with --solver \
          bullet: {:.2} times as many",
         in_lanes.rate(),
         alone.rate(),
-        ratios[ratios.len() / 2]
+        ratio
     ))?;
     in_lanes.report("in lanes")?;
     in_lanes.report_parts(physics_steps)?;
     alone.report("with --solver bullet")?;
     print_line(format_args!(
-        "the machine's mode: {:.0} us for a physics step of Bullet's own",
-        1e6 * alone.physics.as_secs_f64() / (alone.steps as f64 * physics_steps)
+        "the machine's mode: {bullet_step_us:.0} us for a physics step of Bullet's own"
     ))?;
     Ok(Outcome::Done)
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Report<'a> {
+    cells: usize,
+    /// Of the lanes; empty where there are none.
+    instructions: &'a str,
+    /// How many times as fast lanes are, in the median of neighbouring blocks.
+    ratio: f64,
+    in_lanes: Speed,
+    bullet: Speed,
+    /// A physics step of Bullet's own: the machine's mode.
+    bullet_step_us: f64,
+}
+
+/// What a control step of a world takes.
+#[derive(Serialize)]
+struct Speed {
+    control_steps_per_second: f64,
+    physics_us: f64,
+    policy_us: f64,
+    rest_us: f64,
 }
 
 /// Cells that are stepped together, and what that took.
@@ -143,6 +182,16 @@ impl Batch {
 
     fn rate(&self) -> f64 {
         self.steps as f64 / self.total.as_secs_f64()
+    }
+
+    fn speed(&self) -> Speed {
+        let us = |time: Duration| 1e6 * time.as_secs_f64() / self.steps as f64;
+        Speed {
+            control_steps_per_second: self.rate(),
+            physics_us: us(self.physics),
+            policy_us: us(self.policy),
+            rest_us: us(self.total - self.physics - self.policy),
+        }
     }
 
     fn report(&self, name: &str) -> anyhow::Result<()> {

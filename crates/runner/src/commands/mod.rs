@@ -2,6 +2,8 @@
 
 mod bench;
 mod findings;
+mod json;
+mod merge;
 mod model;
 mod plot;
 mod publish;
@@ -9,6 +11,7 @@ mod replay;
 mod report;
 mod rollout;
 mod settings;
+mod slurm;
 mod status;
 mod subject;
 mod summary;
@@ -62,7 +65,9 @@ pub fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Train(arguments) => train::train(&arguments),
         Command::Resume(arguments) => train::resume(&arguments),
         Command::Cell(arguments) => train::cell(&arguments),
-        Command::Status { run } => status::status(&run),
+        Command::Status(arguments) => status::status(&arguments),
+        Command::Merge(arguments) => merge::merge(&arguments),
+        Command::Slurm(arguments) => slurm::slurm(&arguments),
         Command::Summary(arguments) => summary::summary(&arguments),
         Command::Plot(arguments) => plot::plot(&arguments),
         Command::Config(arguments) => settings::config(arguments),

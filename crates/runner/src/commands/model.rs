@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use svenja::{Describe, Morphology};
+use serde::Serialize;
+use svenja::{AxisId, Describe, Morphology};
 
-use super::{Outcome, print_line};
+use super::{Outcome, json::print_json, print_line};
 use crate::{cli::Model, progress::notify};
 
 pub(super) fn model(arguments: &Model) -> anyhow::Result<Outcome> {
@@ -21,7 +22,97 @@ pub(super) fn model(arguments: &Model) -> anyhow::Result<Outcome> {
                 model.actuators().len()
             ))
         }),
-        Model::Show { files } => each(files, |_, model| print_line(Describe(model))),
+        Model::Show { files, print } => each(files, |_, model| match print.json {
+            true => print_json("model show", Robot::new(model)),
+            false => print_line(Describe(model)),
+        }),
+    }
+}
+
+/// What `--json` prints of a robot. Sensors, actuators and contacts are in the order in which readings
+/// and targets have them.
+#[derive(Serialize)]
+struct Robot<'a> {
+    name: &'a str,
+    description: &'a str,
+    mass_kg: f64,
+    degrees_of_freedom: usize,
+    bodies: Vec<Body<'a>>,
+    joints: Vec<Joint<'a>>,
+    sensors: Vec<String>,
+    actuators: Vec<String>,
+    contacts: Vec<&'a str>,
+    feet: Vec<&'a str>,
+    penalised: Vec<&'a str>,
+}
+
+#[derive(Serialize)]
+struct Body<'a> {
+    name: &'a str,
+    mass_kg: f64,
+    friction: f64,
+    position_m: [f64; 3],
+    shape: &'static str,
+}
+
+#[derive(Serialize)]
+struct Joint<'a> {
+    name: &'a str,
+    kind: &'static str,
+    parent: &'a str,
+    child: &'a str,
+    axes: Vec<Axis<'a>>,
+}
+
+#[derive(Serialize)]
+struct Axis<'a> {
+    name: &'a str,
+    /// At -1 and 1.
+    angles_rad: [f64; 2],
+    stops_rad: [f64; 2],
+    speed_limit_rad_s: Option<f64>,
+    torque_limit_nm: Option<f64>,
+}
+
+impl<'a> Robot<'a> {
+    fn new(model: &'a Morphology) -> Self {
+        let name = |&body: &usize| model.bodies()[body].name.as_str();
+        let names = |bodies: &[usize]| bodies.iter().map(name).collect();
+        let axes = |ids: &[AxisId]| ids.iter().map(|&id| model.axis_name(id)).collect();
+        let axis = |axis: &'a svenja::JointAxis| Axis {
+            name: &axis.name,
+            angles_rad: [-1.0, 1.0].map(|value| axis.angle_of(value)),
+            stops_rad: axis.stops_rad(),
+            speed_limit_rad_s: axis.servo.as_ref().map(|servo| servo.speed_limit_rad_s),
+            torque_limit_nm: axis.servo.as_ref().map(|servo| servo.torque_limit_nm),
+        };
+        let body = |body: &'a svenja::Body| Body {
+            name: &body.name,
+            mass_kg: body.mass_kg,
+            friction: body.friction,
+            position_m: body.pose.translation.vector.into(),
+            shape: body.shape.name(),
+        };
+        let joint = |joint: &'a svenja::Joint| Joint {
+            name: &joint.name,
+            kind: joint.kind.name(),
+            parent: name(&joint.parent),
+            child: name(&joint.child),
+            axes: joint.axes.iter().map(axis).collect(),
+        };
+        Self {
+            name: model.name(),
+            description: model.description(),
+            mass_kg: model.total_mass_kg(),
+            degrees_of_freedom: model.degrees_of_freedom(),
+            bodies: model.bodies().iter().map(body).collect(),
+            joints: model.joints().iter().map(joint).collect(),
+            sensors: axes(model.sensors()),
+            actuators: axes(model.actuators()),
+            contacts: names(model.contacts()),
+            feet: names(model.feet()),
+            penalised: names(model.penalised()),
+        }
     }
 }
 

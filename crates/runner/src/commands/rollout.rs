@@ -1,12 +1,13 @@
 //! `itarl rollout`: what a policy does, without learning and without wind.
 
-use std::fmt::Write;
+use std::fmt::{self, Write};
 
 use reward::Terms;
 use runs::atomic;
+use serde::Serialize;
 use svenja::Morphology;
 
-use super::{Outcome, print_line, subject::Subject};
+use super::{Outcome, json::print_json, print_line, subject::Subject};
 use crate::{
     cli::Rollout,
     rollout::{RolloutStep, Summary, roll_out},
@@ -30,8 +31,59 @@ pub(super) fn rollout(arguments: &Rollout) -> anyhow::Result<Outcome> {
     if let (Some(path), Some(table)) = (&arguments.csv, table) {
         atomic::write(path, table.as_bytes())?;
     }
-    print_line(report(&subject, policy, &summary))?;
+    let report = Report::new(&subject, policy, &summary);
+    match arguments.print.json {
+        true => print_json("rollout", report)?,
+        false => print_line(report)?,
+    }
     Ok(Outcome::Done)
+}
+
+/// What a rollout came to.
+#[derive(Serialize)]
+struct Report<'a> {
+    robot: &'a str,
+    policy: &'a str,
+    control_steps: u64,
+    seconds: f64,
+    speed_m_per_step: f64,
+    speed_m_s: f64,
+    net_displacement_m: f64,
+    heading_change_rad: f64,
+    intrinsic_nats: f64,
+    penalised_contacts: u64,
+    contacts: Vec<Contact<'a>>,
+}
+
+/// The share of steps in which a body touched something.
+#[derive(Serialize)]
+struct Contact<'a> {
+    body: &'a str,
+    share: f64,
+}
+
+impl<'a> Report<'a> {
+    fn new(subject: &'a Subject, policy: &'a str, summary: &Summary) -> Self {
+        let (hz, morphology) = (subject.experiment.control.frequency_hz, &subject.morphology);
+        let contacts = morphology.contacts().iter().zip(&summary.contacts);
+        let contact = |(&body, &share): (&usize, &f64)| Contact {
+            body: &morphology.bodies()[body].name,
+            share,
+        };
+        Self {
+            robot: morphology.name(),
+            policy,
+            control_steps: summary.steps,
+            seconds: summary.steps as f64 / hz,
+            speed_m_per_step: summary.advance_m,
+            speed_m_s: summary.advance_m * hz,
+            net_displacement_m: summary.net_displacement_m,
+            heading_change_rad: summary.heading_change_rad,
+            intrinsic_nats: summary.intrinsic_nats,
+            penalised_contacts: summary.penalised_contacts,
+            contacts: contacts.map(contact).collect(),
+        }
+    }
 }
 
 fn header(morphology: &Morphology) -> String {
@@ -69,33 +121,30 @@ fn row(step: &RolloutStep<'_>) -> String {
     line + "\n"
 }
 
-fn report(subject: &Subject, policy: &str, summary: &Summary) -> String {
-    let hz = subject.experiment.control.frequency_hz;
-    let bodies = subject.morphology.bodies();
-    let contacts: Vec<_> = subject
-        .morphology
-        .contacts()
-        .iter()
-        .zip(&summary.contacts)
-        .map(|(&body, share)| format!("{} {:.0} %", bodies[body].name, 100.0 * share))
-        .collect();
-    format!(
-        "{}, policy {policy}, {} control steps ({:.1} s)\n\
-         speed along heading  {:+.4} m per control step ({:+.3} m/s)\n\
-         net displacement     {:.3} m\n\
-         heading change       {:+.1} degrees\n\
-         information          {:.4} nats per sensor\n\
-         penalised contacts   {}\n\
-         contacts             {}",
-        subject.morphology.name(),
-        summary.steps,
-        summary.steps as f64 / hz,
-        summary.advance_m,
-        summary.advance_m * hz,
-        summary.net_displacement_m,
-        summary.heading_change_rad.to_degrees(),
-        summary.intrinsic_nats,
-        summary.penalised_contacts,
-        contacts.join(", ")
-    )
+impl fmt::Display for Report<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let contact = |it: &Contact<'_>| format!("{} {:.0} %", it.body, 100.0 * it.share);
+        let contacts: Vec<_> = self.contacts.iter().map(contact).collect();
+        write!(
+            formatter,
+            "{}, policy {}, {} control steps ({:.1} s)\n\
+             speed along heading  {:+.4} m per control step ({:+.3} m/s)\n\
+             net displacement     {:.3} m\n\
+             heading change       {:+.1} degrees\n\
+             information          {:.4} nats per sensor\n\
+             penalised contacts   {}\n\
+             contacts             {}",
+            self.robot,
+            self.policy,
+            self.control_steps,
+            self.seconds,
+            self.speed_m_per_step,
+            self.speed_m_s,
+            self.net_displacement_m,
+            self.heading_change_rad.to_degrees(),
+            self.intrinsic_nats,
+            self.penalised_contacts,
+            contacts.join(", ")
+        )
+    }
 }

@@ -14,8 +14,9 @@ use figures::{
     tenth_of,
 };
 use runs::Row;
+use serde::Serialize;
 
-use super::{Outcome, print_line, published_note};
+use super::{Outcome, json::print_json, print_line, published_note};
 use crate::{
     catalogue::{Catalogue, RunCell},
     cli::{Summary, Updates},
@@ -35,7 +36,7 @@ pub(super) fn summary(arguments: &Summary) -> anyhow::Result<Outcome> {
     require_whole(arguments, every)?;
     let mut outcome = Outcome::Done;
     let mut settings: BTreeMap<usize, (String, Vec<Windows>)> = BTreeMap::new();
-    let mut windows = None;
+    let (mut windows, mut left_out) = (None, Vec::new());
     for run_cell in catalogue.cells() {
         let RunCell { cell, folder, .. } = run_cell;
         let path = folder.metrics();
@@ -43,6 +44,7 @@ pub(super) fn summary(arguments: &Summary) -> anyhow::Result<Outcome> {
             Ok(rows) if rows.is_empty() && !path.exists() => continue,
             Ok(rows) => rows,
             Err(error) => {
+                left_out.push(cell.folder().display().to_string());
                 notify(Omitted::new(cell.folder().display(), error));
                 outcome = Outcome::Failed;
                 continue;
@@ -52,7 +54,10 @@ pub(super) fn summary(arguments: &Summary) -> anyhow::Result<Outcome> {
         let [early, late] = *windows.get_or_insert_with(|| chosen(arguments, n, every));
         let mean = |window| means(&rows, &measure, window, every);
         let (Some(first), Some(second)) = (mean(early), mean(late)) else {
-            print_line(format_args!("{}: left out, it has {n} updates", path.display()))?;
+            left_out.push(cell.folder().display().to_string());
+            if !arguments.print.json {
+                print_line(format_args!("{}: left out, it has {n} updates", path.display()))?;
+            }
             continue;
         };
         let known = settings.values().position(|(setting, _)| *setting == cell.setting);
@@ -66,8 +71,16 @@ pub(super) fn summary(arguments: &Summary) -> anyhow::Result<Outcome> {
     let Some([early, late]) = windows.filter(|_| !settings.is_empty()) else {
         bail!("{}: no cell has the updates that are asked for", arguments.run.display());
     };
+    let settings: Vec<_> =
+        settings.into_values().map(|(name, of)| Learned::of(name, &of)).collect();
+    if arguments.print.json {
+        let run = arguments.run.display().to_string();
+        let performance = Performance { symbol: &measure.symbol, unit: &measure.unit };
+        print_json("summary", Report { run, early, late, performance, settings, left_out })?;
+        return Ok(outcome);
+    }
     print_line(format_args!("means over updates {early} (early) and {late} (late)"))?;
-    print_line(table(settings.values(), &measure))?;
+    print_line(table(&settings, &measure))?;
     print_line(format_args!(
         "p: one-sided paired t-test of {}, late above early, over a setting's seeds; - of one seed",
         measure.symbol
@@ -75,6 +88,58 @@ pub(super) fn summary(arguments: &Summary) -> anyhow::Result<Outcome> {
     published_note(&catalogue).iter().try_for_each(print_line)?;
     measure.caveat.iter().try_for_each(print_line)?;
     Ok(outcome)
+}
+
+/// What the cells of a setting learned; early and late where there are two numbers.
+#[derive(Serialize)]
+struct Learned {
+    setting: String,
+    seeds: usize,
+    intrinsic_nats: [f64; 2],
+    performance: [f64; 2],
+    deviation_late: Option<f64>,
+    best_late: f64,
+    t: Option<f64>,
+    p: Option<f64>,
+}
+
+impl Learned {
+    fn of(setting: String, cells: &[Windows]) -> Self {
+        let column = |of: &dyn Fn(&Windows) -> f64| cells.iter().map(of).collect::<Vec<f64>>();
+        let early_and_late =
+            |of: fn(&Windows) -> [f64; 2]| [0, 1].map(|i| mean(&column(&|it| of(it)[i])));
+        let late = column(&|it| it.performance[1]);
+        let test = paired_t(&column(&|it| it.performance[1] - it.performance[0]));
+        Self {
+            setting,
+            seeds: cells.len(),
+            intrinsic_nats: early_and_late(|it| it.intrinsic_nats),
+            performance: early_and_late(|it| it.performance),
+            deviation_late: deviation(&late),
+            best_late: late.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            t: test.map(|(t, _)| t),
+            p: test.map(|(_, p)| p),
+        }
+    }
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Report<'a> {
+    run: String,
+    early: Updates,
+    late: Updates,
+    performance: Performance<'a>,
+    settings: Vec<Learned>,
+    /// Cells that don't have these updates, or can't be read.
+    left_out: Vec<String>,
+}
+
+/// What cells are judged by.
+#[derive(Serialize)]
+struct Performance<'a> {
+    symbol: &'a str,
+    unit: &'a str,
 }
 
 /// That windows which are asked for have whole rows, of so many updates each.
@@ -112,10 +177,7 @@ fn means(rows: &[Row], measure: &Measure, window: Updates, every: u64) -> Option
         .then(|| (mean_of(&|row| row.intrinsic_nats), mean_of(&|row| measure.of(row))))
 }
 
-fn table<'a>(
-    settings: impl Iterator<Item = &'a (String, Vec<Windows>)>,
-    measure: &Measure,
-) -> Table {
+fn table(settings: &[Learned], measure: &Measure) -> Table {
     let mut table = Table::new();
     table.load_preset(ASCII_MARKDOWN).set_header([
         "setting",
@@ -129,23 +191,18 @@ fn table<'a>(
         "t",
         "p",
     ]);
-    for (setting, cells) in settings {
-        let column = |of: fn(&Windows) -> f64| cells.iter().map(of).collect::<Vec<f64>>();
-        let late = column(|it| it.performance[1]);
-        let gain = column(|it| it.performance[1] - it.performance[0]);
-        let test = paired_t(&gain);
-        let best = late.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    for it in settings {
         table.add_row([
-            setting.clone(),
-            cells.len().to_string(),
-            format!("{:.4}", mean(&column(|it| it.intrinsic_nats[0]))),
-            format!("{:.4}", mean(&column(|it| it.intrinsic_nats[1]))),
-            format!("{:+.5}", mean(&column(|it| it.performance[0]))),
-            format!("{:+.5}", mean(&late)),
-            deviation(&late).map_or("-".into(), |it| format!("{it:.5}")),
-            format!("{best:+.5}"),
-            test.map_or("-".into(), |(t, _)| format!("{t:.2}")),
-            test.map_or("-".into(), |(_, p)| format!("{p:.1e}")),
+            it.setting.clone(),
+            it.seeds.to_string(),
+            format!("{:.4}", it.intrinsic_nats[0]),
+            format!("{:.4}", it.intrinsic_nats[1]),
+            format!("{:+.5}", it.performance[0]),
+            format!("{:+.5}", it.performance[1]),
+            it.deviation_late.map_or("-".into(), |it| format!("{it:.5}")),
+            format!("{:+.5}", it.best_late),
+            it.t.map_or("-".into(), |t| format!("{t:.2}")),
+            it.p.map_or("-".into(), |p| format!("{p:.1e}")),
         ]);
     }
     for column in 1..10 {

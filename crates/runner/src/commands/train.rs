@@ -1,6 +1,7 @@
 //! `itarl train`, `itarl resume` and `itarl cell`.
 
 use std::{
+    collections::BTreeSet,
     num::NonZero,
     path::{Path, PathBuf},
     thread,
@@ -8,45 +9,95 @@ use std::{
 
 use anyhow::bail;
 use bullet::LockstepCounts;
+use runs::{Run, require_locks};
 
 use super::{Outcome, open, print_line};
 use crate::{
-    cli::{Cell, Resume, Train, Work},
+    cli::{Cell, Cells, Resume, Train, Until, Which, Work},
+    experiment::Plan,
     progress::{self, notify},
-    training::{Ending, How, Limits, OpenRun, RunCell, StopSignal, check_files, train_all},
+    training::{
+        Ending, How, Limits, OpenRun, RunCell, StopSignal, check_files, time_limit, train_all,
+    },
 };
 
 pub(super) fn train(arguments: &Train) -> anyhow::Result<Outcome> {
     let plan = open(&arguments.experiment)?;
     if arguments.list {
         check_files(&plan)?;
-        for (index, setting, seed) in plan.listing() {
-            print_line(format_args!("{index}\t{setting}/seed={seed}"))?;
-        }
-        return Ok(Outcome::Done);
+        return list(&plan, arguments.out.as_deref());
     }
     let out = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.experiment.file));
     work(&OpenRun::begin(&plan, &out)?, &arguments.work)
 }
 
+/// The cells with their numbers: those of the run, if it's there, whose later cells are behind the
+/// first, wherever the experiment has them.
+fn list(plan: &Plan, out: Option<&Path>) -> anyhow::Result<Outcome> {
+    let line = |index: usize, setting: &str, seed: u64| {
+        print_line(format_args!("{index}\t{setting}/seed={seed}"))
+    };
+    match out.filter(|out| out.join(runs::MANIFEST).exists()) {
+        Some(out) => {
+            let run = Run::open(out)?;
+            let mut cells = run.manifest().cells.iter();
+            cells.try_for_each(|cell| line(cell.index, &cell.setting, cell.seed))?;
+        }
+        None => plan.listing().try_for_each(|(index, setting, seed)| line(index, setting, seed))?,
+    }
+    Ok(Outcome::Done)
+}
+
 pub(super) fn resume(arguments: &Resume) -> anyhow::Result<Outcome> {
-    work(&OpenRun::open(&arguments.run, arguments.updates)?, &arguments.work)
+    let open_run = OpenRun::open(&arguments.run, arguments.updates)?;
+    tell_what_begins(&open_run);
+    work(&open_run, &arguments.work)
+}
+
+/// Before cells begin that nobody asked for by name: `itarl cell` began others, it may be.
+fn tell_what_begins(open_run: &OpenRun) {
+    let cells = open_run.cells();
+    let (n, run) = (cells.len(), open_run.run().folder().display());
+    let n_begun = cells.iter().filter(|cell| cell.folder.lock().exists()).count();
+    if (1..n).contains(&n_begun) {
+        notify(format_args!(
+            "note: {n_begun} of {n} cells were begun so far, and this trains all {n}; one alone: \
+             itarl cell {run}/experiment.toml --index N --out {run}"
+        ));
+    }
 }
 
 pub(super) fn cell(arguments: &Cell) -> anyhow::Result<Outcome> {
     let plan = open(&arguments.experiment)?;
-    let (index, n) = (arguments.index, plan.cells().len());
-    if index >= n {
-        bail!("--index must be a cell's number from 0 to {}, got {index}", n - 1);
-    }
+    let indices = indices(&arguments.which, plan.cells().len())?;
     let open_run = OpenRun::begin(&plan, &arguments.out)?;
-    let limits = Limits { stop_after: arguments.stop_after };
+    let limits = Limits { stop_after: arguments.until.stop_after };
     let how = How { threads: 1, solver: arguments.solver, lanes: None, limits };
-    train_cells(&open_run, &[&open_run.cells()[index]], &how)
+    let cells: Vec<_> = indices.into_iter().map(|index| &open_run.cells()[index]).collect();
+    train_cells(&open_run, &cells, &how, &arguments.until)
+}
+
+/// The cells that are asked for, of `n`, each once.
+fn indices(which: &Which, n: usize) -> anyhow::Result<BTreeSet<usize>> {
+    let within = |argument: &str, index: usize| match index < n {
+        true => Ok(index),
+        false => bail!("{argument} must be a cell's number from 0 to {}, got {index}", n - 1),
+    };
+    if let Some(task) = which.task {
+        return Ok(task.cells(n).collect());
+    }
+    let mut indices = BTreeSet::new();
+    if let Some(index) = which.index {
+        indices.insert(within("--index", index)?);
+    }
+    for &Cells { first, last } in &which.cells {
+        indices.extend(first..=within("--cells", last)?);
+    }
+    Ok(indices)
 }
 
 /// runs/NAME for NAME.toml
-fn default_folder(file: &Path) -> PathBuf {
+pub(super) fn default_folder(file: &Path) -> PathBuf {
     Path::new("runs").join(file.file_stem().unwrap_or_default())
 }
 
@@ -56,13 +107,22 @@ fn work(open_run: &OpenRun, work: &Work) -> anyhow::Result<Outcome> {
         threads: work.threads.map_or(cores, usize::from),
         solver: work.solver,
         lanes: work.lanes.map(usize::from),
-        limits: Limits { stop_after: work.stop_after },
+        limits: Limits { stop_after: work.until.stop_after },
     };
-    train_cells(open_run, &open_run.cells().iter().collect::<Vec<_>>(), &how)
+    train_cells(open_run, &open_run.cells().iter().collect::<Vec<_>>(), &how, &work.until)
 }
 
-fn train_cells(open_run: &OpenRun, cells: &[&RunCell], how: &How) -> anyhow::Result<Outcome> {
+fn train_cells(
+    open_run: &OpenRun,
+    cells: &[&RunCell],
+    how: &How,
+    until: &Until,
+) -> anyhow::Result<Outcome> {
+    // Once for all cells.
+    require_locks(&open_run.run().manifest_path())?;
     let stop = StopSignal::at_signals()?;
+    let asked = until.time;
+    stop.after(move || time_limit(asked))?;
     let observer = progress::observer(open_run, cells.iter().copied());
     let trained = train_all(open_run, cells, how, &stop, &*observer);
     drop(observer);

@@ -209,10 +209,55 @@ impl Plan {
         text + &format!("seeds = {}\n", self.seeds_value())
     }
 
+    /// As it is with other paths for its files.
+    #[must_use]
+    pub fn with_files(mut self, other: impl Fn(&str) -> String) -> Self {
+        for cell in &mut self.cells {
+            cell.experiment = cell.experiment.clone().with_files(&other);
+        }
+        for (key, values) in &mut self.axes {
+            for value in values {
+                *value = files::with_paths(key, value.clone(), &other);
+            }
+        }
+        self
+    }
+
+    /// The complete file of one that has the cells of several plans: all that any of them sweeps, each
+    /// combined with each, and the most updates. None if they don't sweep the same keys.
+    #[must_use]
+    pub fn merged(plans: &[Self]) -> Option<String> {
+        let mut merged = plans.first()?.clone();
+        for plan in &plans[1..] {
+            let keys =
+                |plan: &Self| plan.axes.iter().map(|(key, _)| key.clone()).collect::<Vec<_>>();
+            if keys(plan) != keys(&merged) {
+                return None;
+            }
+            for ((_, values), (_, more)) in merged.axes.iter_mut().zip(&plan.axes) {
+                let new: Vec<_> = more.iter().filter(|it| !values.contains(it)).cloned().collect();
+                values.extend(new);
+            }
+            merged.seeds.extend(&plan.seeds);
+            merged.cells.extend(plan.cells.iter().cloned());
+        }
+        merged.seeds.sort_unstable();
+        merged.seeds.dedup();
+        let updates = |cell: &Cell| cell.experiment.learning.updates;
+        let is_swept = merged.axes.iter().flat_map(swept_keys).any(|key| key == "learning.updates");
+        let most = merged.cells.iter().map(updates).max().filter(|_| !is_swept);
+        if let Some(most) = most {
+            merged.cells.iter_mut().for_each(|cell| cell.experiment.learning.updates = most);
+        }
+        Some(merged.to_toml())
+    }
+
     /// Keys with values that are the same in all cells, and that nothing sweeps. A value that
     /// varies though nothing sweeps it is a default, which follows from what is swept.
     fn shared(&self) -> Vec<(String, toml::Value)> {
-        let mut settings = self.cells.iter().step_by(self.seeds.len());
+        let mut last = None;
+        let mut settings =
+            self.cells.iter().filter(|cell| last.replace(&cell.setting) != Some(&cell.setting));
         let all = |cell: &Cell| leaves::table(&cell.experiment);
         let mut shared = settings.next().map(|cell| leaves::leaves(&all(cell))).unwrap_or_default();
         let swept: BTreeSet<String> = self.axes.iter().flat_map(swept_keys).collect();

@@ -1,7 +1,7 @@
 //! One cell from where it stands to where it's to stop.
 
 use anyhow::Context;
-use runs::{CellFolder, OpenCell, Recording, Snapshot, atomic};
+use runs::{CellFolder, OpenCell, Recording, Snapshot, atomic, is_locked};
 use svenja::Morphology;
 
 use super::{Limits, Observer, OpenRun, RunCell};
@@ -85,6 +85,10 @@ impl<'a> ActiveCell<'a> {
         cell: &'a RunCell,
         limits: Limits,
     ) -> anyhow::Result<Result<Self, Ending>> {
+        // Before anything is read: others may be at most of a run's cells.
+        if is_locked(&cell.folder.lock())? {
+            return Ok(Err(Ending::Elsewhere));
+        }
         // Before it's opened, which would cut the rows behind its checkpoint.
         if let Some(reason) = cell.folder.failure()? {
             return Ok(Err(Ending::Failed(reason)));
@@ -111,6 +115,7 @@ impl<'a> ActiveCell<'a> {
             return Ok(Err(Ending::Stopped));
         }
         let saved = session.control_steps();
+        open.sign()?;
         Ok(Ok(Self { cell, session, open, saved, last, target }))
     }
 

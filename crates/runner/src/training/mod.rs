@@ -1,12 +1,14 @@
 //! Training: the cells of a run, over the cores, until they're done or told to stop.
 
 mod cell;
+mod deadline;
 mod open_run;
 mod pool;
 mod room;
 mod stop;
 
 pub use cell::Ending;
+pub use deadline::time_limit;
 pub use open_run::{OpenRun, check_files, this_bullet};
 pub use pool::{Observer, Trained, train_all};
 pub use stop::StopSignal;

@@ -12,7 +12,7 @@ use runs::{Bullet, MODELS, NewRun, POLICIES, Precision, Run};
 use svenja::Morphology;
 
 use crate::{
-    catalogue::{Catalogue, RunCell},
+    catalogue::{Catalogue, RunCell, identified},
     experiment::{Cell, Experiment, Plan, absolute, policy_names},
     models, policies,
     session::{self, Session},
@@ -36,7 +36,7 @@ pub fn this_bullet() -> Bullet {
 
 impl OpenRun {
     /// Begins the run of an experiment file in a folder, or opens the one that is there, if it has
-    /// the same settings. More updates than it has extend it.
+    /// the same settings. More updates than it has extend it, and so do more cells.
     ///
     /// # Errors
     /// All that is wrong with the file and its models; another run in the folder.
@@ -60,7 +60,11 @@ impl OpenRun {
             seeds: plan.seeds().to_vec(),
             cells: plan.cells().iter().map(cell).collect(),
         };
-        Self::of(Run::create(folder, &new)?)?.extended(&new.experiment)
+        let run = match Run::create(folder, &new) {
+            Err(differs @ runs::Error::Differs { .. }) => grown(folder, &new)?.ok_or(differs)?,
+            run => run?,
+        };
+        Self::of(run)?.extended(&new.experiment)
     }
 
     /// Opens a run that is there; `updates` extends it.
@@ -128,6 +132,31 @@ impl OpenRun {
     pub fn session(&self, cell: &RunCell) -> Result<Session, session::Error> {
         let initial = cell.initial.map(|index| self.initial[index].as_slice());
         Session::build(&cell.cell.experiment, self.morphology(cell), initial, cell.cell.seed)
+    }
+}
+
+/// The run of a folder with more cells, if `new` has all that it has, with the same settings; none if it
+/// isn't so.
+fn grown(folder: &Path, new: &NewRun) -> anyhow::Result<Option<Run>> {
+    let wanted = new.manifest(folder)?;
+    let plan = Plan::written(&folder.join("experiment.toml"), &new.experiment)?;
+    let wanted = identified(folder, &plan, &wanted).map_err(anyhow::Error::msg)?;
+    loop {
+        let there = Catalogue::open(folder)?;
+        let stays = |cell: &RunCell| {
+            let here = wanted.get(&(cell.cell.setting.clone(), cell.cell.seed));
+            here.is_some_and(|here| here.identity == cell.identity)
+        };
+        if !there.cells().iter().all(stays) || there.run().require(this_bullet()).is_err() {
+            return Ok(None);
+        }
+        if there.run().grow(new)? {
+            return Ok(Some(Run::open(folder)?));
+        }
+        // Another process was faster.
+        if let Ok(run) = Run::create(folder, new) {
+            return Ok(Some(run));
+        }
     }
 }
 

@@ -4,15 +4,18 @@
 //! Each thread has a batch of cells that take their control steps together, as many as there are
 //! lanes for their worlds. A cell that ends makes room for one that waits; once none waits, a thread
 //! without work takes over half a batch from another one.
+//!
+//! Other processes may be at cells of the same run. So that each has full lanes, cells are taken in
+//! groups: where another process is at one, its neighbours are left to it until nothing else waits.
 
 use std::{
-    collections::VecDeque,
+    collections::{BTreeSet, VecDeque},
     sync::{Condvar, Mutex, MutexGuard, PoisonError},
     thread,
 };
 
 use bullet::LockstepCounts;
-use runs::Row;
+use runs::{Header, Row};
 
 use super::{
     Ending, How, OpenRun, RunCell, SolverKind, StopSignal,
@@ -98,7 +101,8 @@ fn train_once(
     let lanes = how.lanes.unwrap_or_else(|| solvers[0].lanes()).max(1);
     let Room { threads, lanes } = Room::make(Room { threads: n_threads, lanes });
     solvers.truncate(threads);
-    let n_worlds = cells.iter().map(|cell| worlds(cell)).sum();
+    let (waiting, n_to_do) = order(cells);
+    let n_worlds = waiting.iter().take(n_to_do).map(|&index| worlds(cells[index])).sum();
     let batch_size = batch_size(n_worlds, threads, lanes);
     let pool = Pool {
         open_run,
@@ -106,8 +110,10 @@ fn train_once(
         how,
         stop,
         observer,
+        lanes,
         shared: Mutex::new(Shared {
-            waiting: (0..cells.len()).collect(),
+            waiting,
+            left: BTreeSet::new(),
             handed_over: Vec::new(),
             idle: 0,
             at_work: threads,
@@ -138,6 +144,19 @@ fn batch_size(n_worlds: usize, n_threads: usize, lanes: usize) -> usize {
     n_worlds.div_ceil(n_threads * rounds).max(1)
 }
 
+/// Cells by index, those that are done behind the others: they have no more to do than to be looked
+/// at. And how many wait before them.
+fn order(cells: &[&RunCell]) -> (VecDeque<usize>, usize) {
+    let is_done = |&index: &usize| {
+        let header = Header::read(&cells[index].folder.checkpoint());
+        // What can't be read is told when it's opened.
+        header.is_ok_and(|it| it.is_some_and(|it| it.updates >= cells[index].expected().updates))
+    };
+    let (done, waiting): (Vec<_>, Vec<_>) = (0..cells.len()).partition(is_done);
+    let n_waiting = waiting.len();
+    (waiting.into_iter().chain(done).collect(), n_waiting)
+}
+
 fn worlds(cell: &RunCell) -> usize {
     cell.cell.experiment.learning.worlds
 }
@@ -148,6 +167,7 @@ struct Pool<'a> {
     how: &'a How,
     stop: &'a StopSignal,
     observer: &'a dyn Observer,
+    lanes: usize,
     shared: Mutex<Shared<'a>>,
     /// A batch was handed over, or a thread came to its end.
     changed: Condvar,
@@ -156,6 +176,8 @@ struct Pool<'a> {
 struct Shared<'a> {
     /// Not begun, by index.
     waiting: VecDeque<usize>,
+    /// Groups that another process was at, whose cells wait behind all others.
+    left: BTreeSet<usize>,
     /// For threads without work.
     handed_over: Vec<Vec<Member<'a>>>,
     /// Threads without work, and those with.
@@ -183,6 +205,20 @@ struct Batch<'a, 'b> {
 impl<'a> Pool<'a> {
     fn lock(&self) -> MutexGuard<'_, Shared<'a>> {
         self.shared.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Lets the neighbours of a cell that is elsewhere wait behind all others.
+    fn leave_group(&self, index: usize) {
+        let size = (self.lanes / worlds(self.cells[index])).max(1);
+        let group_of = |index: usize| self.cells[index].cell.index / size;
+        let group = group_of(index);
+        let mut shared = self.lock();
+        if !shared.left.insert(group) {
+            return;
+        }
+        let (neighbours, others) =
+            shared.waiting.drain(..).partition::<Vec<_>, _>(|&it| group_of(it) == group);
+        shared.waiting = others.into_iter().chain(neighbours).collect();
     }
 
     fn end(&self, index: usize, ending: Ending) {
@@ -224,7 +260,12 @@ impl Batch<'_, '_> {
                     self.shrink(index, error);
                     break;
                 }
-                Err(ending) => self.pool.end(index, ending),
+                Err(ending) => {
+                    if matches!(ending, Ending::Elsewhere) {
+                        self.pool.leave_group(index);
+                    }
+                    self.pool.end(index, ending);
+                }
             }
         }
     }

@@ -51,6 +51,24 @@ impl StopSignal {
         Ok(stop)
     }
 
+    /// Told once some time has passed, too; none for never. Finding out which may take its own time.
+    ///
+    /// # Errors
+    /// If the system has no thread for it.
+    pub fn after(
+        &self,
+        time: impl FnOnce() -> Option<Duration> + Send + 'static,
+    ) -> io::Result<()> {
+        let told = self.clone();
+        let wait = move || {
+            if let Some(time) = time() {
+                thread::sleep(time);
+                told.0.store(true, Ordering::Relaxed);
+            }
+        };
+        thread::Builder::new().name("deadline".into()).spawn(wait).map(drop)
+    }
+
     /// Whether someone asked to stop.
     #[must_use]
     pub fn is_requested(&self) -> bool {
