@@ -51,17 +51,16 @@ impl Files {
     }
 
     fn in_package(&self, package: &str, path: &str) -> Result<PathBuf, String> {
-        if let Some((_, folder)) = self.packages.iter().find(|(name, _)| name == package) {
-            return self.allowed(folder.join(path));
+        let given = self.packages.iter().find(|(name, _)| name == package);
+        let given = given.map(|(_, folder)| folder.clone());
+        let beside = Some(self.folder.join(package)).filter(|it| it.is_dir());
+        match given.or_else(|| self.own_package(package)).or(beside) {
+            Some(folder) if is_within(&folder.join(path), &folder) => Ok(folder.join(path)),
+            Some(folder) => self.allowed(folder.join(path)),
+            None => Err(format!(
+                "is in a package whose folder isn't known: --package {package}=DIR says it"
+            )),
         }
-        if let Some(folder) = self.own_package(package) {
-            return self.allowed(folder.join(path));
-        }
-        let beside = self.folder.join(package);
-        if beside.is_dir() {
-            return self.allowed(beside.join(path));
-        }
-        Err(format!("is in a package whose folder isn't known: --package {package}=DIR says it"))
     }
 
     /// The folder above the file with that name.
@@ -71,22 +70,14 @@ impl Files {
         above.find(|it| it.file_name().is_some_and(|name| name == package)).map(Path::to_owned)
     }
 
-    /// A path that stays where it may be, links followed.
+    /// A path that stays where it may be.
     fn allowed(&self, path: PathBuf) -> Result<PathBuf, String> {
-        let real = path.canonicalize().unwrap_or_else(|_| plain(&path));
-        let within = |folder: &Path| {
-            let folder = folder.canonicalize().unwrap_or_else(|_| plain(folder));
-            real.starts_with(folder)
-        };
-        let named = |part: &Path| {
-            let name = part.file_name().map(|name| name.to_string_lossy().into_owned());
-            name.is_some_and(|name| self.own_package(&name).as_deref() == Some(part))
-        };
-        let is_ros = |part: &Path| part.join("package.xml").is_file() && named(part);
-        if within(&self.folder)
-            || self.packages.iter().any(|(_, folder)| within(folder))
-            || real.ancestors().any(is_ros)
-        {
+        let own = self.folder.canonicalize().unwrap_or_else(|_| plain(&self.folder));
+        // A ROS package is the folder that has this file.
+        let ros = own.ancestors().find(|it| it.join("package.xml").is_file());
+        let packages = self.packages.iter().map(|(_, folder)| folder.as_path());
+        let mut folders = [Some(own.as_path()), ros].into_iter().flatten().chain(packages);
+        if folders.any(|folder| is_within(&path, folder)) {
             return Ok(path);
         }
         Err("is outside the file's folder: --package NAME=DIR allows what is in DIR".into())
@@ -102,6 +93,12 @@ impl Files {
         let mesh = meshes.entry(path.clone()).or_insert_with(|| Mesh::open(&path).map(Rc::new));
         mesh.clone().map(|mesh| (path, mesh))
     }
+}
+
+/// Whether a path stays in a folder, links followed.
+fn is_within(path: &Path, folder: &Path) -> bool {
+    let real = |path: &Path| path.canonicalize().unwrap_or_else(|_| plain(path));
+    real(path).starts_with(real(folder))
 }
 
 /// Without `.` and `..`, as it's written.

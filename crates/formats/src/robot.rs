@@ -285,6 +285,15 @@ pub(crate) fn across(third: &Unit<Vector3<f64>>) -> [Unit<Vector3<f64>>; 2] {
     [first, Unit::new_normalize(third.cross(&first))]
 }
 
+/// The axes of a ball joint: about z, y and x of its frame, in which they are carried along.
+pub(crate) fn ball(frame: &Isometry3<f64>) -> [Axis; 3] {
+    [("z", Vector3::z()), ("y", Vector3::y()), ("x", Vector3::x())].map(|(name, direction)| {
+        let direction = Unit::new_normalize(frame.rotation * direction);
+        let anchor_m = frame.translation.vector.into();
+        Axis { name: name.into(), ..Axis::new(Motion::Turns, direction, anchor_m) }
+    })
+}
+
 impl Robot {
     /// An empty one.
     pub(crate) fn new(name: &str) -> Self {

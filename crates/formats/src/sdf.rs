@@ -9,7 +9,7 @@ use nalgebra::{Isometry3, Matrix3, Unit, Vector3};
 
 use crate::{
     robot::{
-        Axis, Inertial, Joint, Link, Motion, Motor, MotorKind, Robot, Shape, Solid, Spring,
+        Axis, Inertial, Joint, Link, Motion, Motor, MotorKind, Robot, Shape, Solid, Spring, ball,
         roll_pitch_yaw,
     },
     urdf::colour,
@@ -312,12 +312,12 @@ impl<'a> Reader<'a> {
                 name => log.left_out(&format!("link/{name}"), child.place()),
             }
         }
-        link.inertial = Some(self.inertial(element));
+        link.inertial = self.inertial(element);
         self.robot.links.push(link);
     }
 
     /// What is missing is 1 kg, or 1 kg m^2 about each axis, as SDF has it.
-    fn inertial(&self, link: &Element) -> Inertial {
+    fn inertial(&self, link: &Element) -> Option<Inertial> {
         let log = self.log;
         let inertial = link.child("inertial");
         let mass = inertial.and_then(|it| it.number_in("mass", log));
@@ -328,9 +328,12 @@ impl<'a> Reader<'a> {
         if inertia.is_none() {
             log.chose("a link without <inertia>", "1 kg m² about each axis, as SDF has it");
         }
-        if let Some(found) = mass.filter(|mass| *mass <= 0.0) {
+        if let Some(found) = mass.filter(|mass| *mass < 0.0) {
             let place = inertial.and_then(|it| it.child("mass")).unwrap_or(link);
-            log.problem(place.problem(format!("<mass> must be above 0, got {found}")));
+            log.problem(place.problem(format!("<mass> must be 0 or more, got {found}")));
+        }
+        if mass == Some(0.0) {
+            return None;
         }
         let number =
             |name, default| inertia.and_then(|it| it.number_in(name, log)).unwrap_or(default);
@@ -352,7 +355,7 @@ impl<'a> Reader<'a> {
             tensor_kg_m2: tensor,
         };
         let pose = inertial.map_or_else(Isometry3::identity, |it| self.pose(it).0);
-        own.seen_from(&pose)
+        Some(own.seen_from(&pose))
     }
 
     fn shape(&self, element: &Element) -> Option<Shape> {
@@ -483,12 +486,7 @@ impl<'a> Reader<'a> {
         };
         match kind {
             "fixed" => Vec::new(),
-            "ball" => [("z", Vector3::z()), ("y", Vector3::y()), ("x", Vector3::x())]
-                .map(|(name, direction)| {
-                    let direction = Unit::new_unchecked(frame.rotation * direction);
-                    named(Axis::new(Motion::Turns, direction, anchor), name)
-                })
-                .into(),
+            "ball" => ball(frame).into(),
             _ => {
                 if kind == "screw" {
                     log.left_out("joint/thread_pitch: a screw's shift", element.place());

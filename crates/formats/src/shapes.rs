@@ -47,12 +47,21 @@ pub(crate) fn find_meshes(robot: &mut Robot, files: &Files, log: &Log) {
     }
 }
 
-/// Complains about sizes that no shape has.
-pub(crate) fn check(robot: &Robot, log: &Log) {
-    let shapes = robot.links.iter().flat_map(|link| link.shapes.iter().chain(&link.seen));
-    for shape in shapes.filter(|shape| !shape.solid.is_solid()) {
-        let message = "the sizes of a shape must be above 0".into();
-        log.problem(config::Problem { place: shape.place.clone(), message });
+/// Complains about sizes below 0, and leaves out shapes that have none.
+pub(crate) fn check(robot: &mut Robot, log: &Log) {
+    for link in &mut robot.links {
+        for shapes in [&mut link.shapes, &mut link.seen] {
+            shapes.retain(|shape| {
+                let is_solid = shape.solid.is_solid();
+                if shape.solid.is_negative() {
+                    let message = "the sizes of a shape must be above 0".into();
+                    log.problem(config::Problem { place: shape.place.clone(), message });
+                } else if !is_solid {
+                    log.left_out("a shape without a size", shape.place.clone());
+                }
+                is_solid
+            });
+        }
     }
 }
 

@@ -72,6 +72,16 @@ impl Solid {
         }
     }
 
+    /// Whether it has a size below 0.
+    pub(crate) fn is_negative(&self) -> bool {
+        match self {
+            Self::Box(v) | Self::Ellipsoid(v) => v.iter().any(|half| *half < 0.0),
+            Self::Ball(r) => *r < 0.0,
+            Self::Cylinder(r, half) | Self::Capsule(r, half) => *r < 0.0 || *half < 0.0,
+            Self::Mesh { .. } => false,
+        }
+    }
+
     /// Whether its sizes are ones.
     pub(crate) fn is_solid(&self) -> bool {
         let all = |v: &Vector3<f64>| v.iter().all(|half| *half > 0.0);
@@ -144,7 +154,8 @@ impl Inertial {
     /// Principal moments, in kg m^2, and the frame of their axes. Moments are in the order, and axes
     /// point the ways, that turn the frame least from the link's; along the link's own axes the frame
     /// isn't turned at all.
-    pub(crate) fn principal(&self) -> (Vector3<f64>, UnitQuaternion<f64>) {
+    #[must_use]
+    pub fn principal(&self) -> (Vector3<f64>, UnitQuaternion<f64>) {
         let tensor = &self.tensor_kg_m2;
         let largest = tensor.diagonal().amax();
         let off = [tensor[(0, 1)], tensor[(0, 2)], tensor[(1, 2)]];

@@ -9,7 +9,7 @@ use nalgebra::{Isometry3, Matrix3, Unit, Vector3};
 
 use crate::{
     robot::{
-        Axis, Inertial, Joint, Link, Motion, Motor, MotorKind, Robot, Shape, Solid, across,
+        Axis, Inertial, Joint, Link, Motion, Motor, MotorKind, Robot, Shape, Solid, across, ball,
         roll_pitch_yaw,
     },
     tree,
@@ -185,7 +185,8 @@ fn joint(element: &Element, names: &Names<'_>, log: &Log) -> Option<(Joint, Isom
         found
     });
     element.required("type", log)?;
-    let types = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar"];
+    // "spherical" is PyBullet's.
+    let types = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical"];
     let kind = element.word("type", &types, log)?;
     let axes = axes(element, kind, log);
     for child in &element.children {
@@ -211,7 +212,7 @@ fn axes(element: &Element, kind: &str, log: &Log) -> Vec<Axis> {
         Some(axis) => {
             let Some(xyz) = axis.vector("xyz", log) else { return Vec::new() };
             let direction = Unit::try_new(xyz, 1e-9);
-            if direction.is_none() && !["fixed", "floating"].contains(&kind) {
+            if direction.is_none() && !["fixed", "floating", "spherical"].contains(&kind) {
                 let place = axis.place_of("xyz");
                 let message = "xyz of <axis> must be a direction, got 0 0 0".into();
                 log.problem(config::Problem { place, message });
@@ -239,6 +240,7 @@ fn axes(element: &Element, kind: &str, log: &Log) -> Vec<Axis> {
                 .map(|(motion, direction)| axis(motion, direction))
                 .into()
         }
+        "spherical" => ball(&Isometry3::identity()).into(),
         _ => Vec::new(),
     }
 }
@@ -290,7 +292,10 @@ fn gazebo(element: &Element, names: &Names<'_>, robot: &mut Robot, log: &Log) {
         let contact = child.name == "sensor" && child.get("type") == Some("contact");
         match (child.name.as_str(), link) {
             ("mu1", Some(link)) => {
-                let friction = child.own_numbers(log).map(|[mu]| mu);
+                let friction = match child.text.as_str() {
+                    "" => child.number("value", log),
+                    _ => child.own_numbers(log).map(|[mu]| mu),
+                };
                 robot.links[link].friction = robot.links[link].friction.or(friction);
             }
             ("sensor", Some(link)) if contact => robot.touch.push(link),

@@ -160,6 +160,9 @@ enum Taken {
 }
 
 fn take_in(robot: &mut Robot, link: usize, log: &Log) -> Taken {
+    if robot.links.len() == 1 {
+        return weighed(robot, link, log);
+    }
     let above = robot.joint_above(link);
     let below: Vec<usize> =
         (0..robot.joints.len()).filter(|joint| robot.joints[*joint].parent == Some(link)).collect();

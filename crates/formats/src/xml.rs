@@ -16,6 +16,9 @@ pub const LARGEST_FILE: u64 = 16 << 20;
 /// Elements, texts and comments that a file may have.
 const MOST_NODES: u32 = 500_000;
 
+/// Namespaces that a file may use without declaring them.
+const MOST_PREFIXES: usize = 9;
+
 /// How deep elements may stand in each other. Readers descend by calling themselves.
 const DEEPEST: usize = 200;
 
@@ -24,23 +27,46 @@ const DEEPEST: usize = 200;
 pub(crate) const LARGEST: f64 = 1e16;
 
 /// Where lines begin in a file.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Lines {
     source: Arc<str>,
-    text: String,
+    text: Rc<str>,
     starts: Vec<usize>,
+    /// Where something was written into the text that isn't in the file, and how long it is.
+    inserted: (usize, usize),
 }
 
 impl Lines {
     fn new(source: &str, text: String) -> Self {
         let starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1));
-        Self { source: source.into(), starts: starts.collect(), text }
+        let starts = starts.collect();
+        Self { source: source.into(), starts, text: text.into(), inserted: (0, 0) }
+    }
+
+    /// Declares a namespace in the root, where a file uses one without, as many do. Whether it could.
+    fn declare(&mut self, prefix: &str) -> bool {
+        let is_start =
+            |at: usize| self.text[at + 1..].starts_with(|c: char| c.is_alphabetic() || c == '_');
+        let root = self.text.match_indices('<').map(|(at, _)| at).find(|at| is_start(*at));
+        let Some(root) = root else { return false };
+        let end = self.text[root..].find(|c: char| c.is_whitespace() || c == '>' || c == '/');
+        let Some(end) = end else { return false };
+        let declaration = format!(" xmlns:{prefix}=\"{prefix}\"");
+        let mut text = self.text.to_string();
+        text.insert_str(root + end, &declaration);
+        let inserted = (root + end, self.inserted.1 + declaration.len());
+        *self = Self { inserted, ..Self::new(&self.source, text) };
+        true
     }
 
     fn place(&self, at: usize) -> Place {
         let line = self.starts.partition_point(|start| *start <= at);
         let start = self.starts[line - 1];
-        let column = self.text.get(start..at).map_or(0, |before| before.chars().count()) + 1;
+        let mut column = self.text.get(start..at).map_or(0, |before| before.chars().count()) + 1;
+        let (inserted, length) = self.inserted;
+        if inserted >= start && at >= inserted + length {
+            column -= length;
+        }
         Place { source: self.source.clone(), line, column }
     }
 }
@@ -95,11 +121,25 @@ pub(crate) fn read(path: &Path) -> Result<String, Problems> {
 pub(crate) fn parse(source: &str, text: String) -> Result<Element, Problems> {
     // A byte order mark isn't a character of the text.
     let text = text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text);
-    let lines = Rc::new(Lines::new(source, text));
-    let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
-    let document = Document::parse_with_options(&lines.text, options)
-        .map_err(|error| not_xml(&error, &lines))?;
-    element(document.root_element(), &lines, 0)
+    let mut lines = Lines::new(source, text);
+    for _ in 0..MOST_PREFIXES {
+        let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
+        let prefix = match Document::parse_with_options(&lines.text, options) {
+            Ok(document) => {
+                // The text is the elements' own, so that it's theirs together.
+                let root = document.root_element();
+                let shared = Rc::new(lines.clone());
+                return element(root, &shared, 0);
+            }
+            Err(Error::UnknownNamespace(prefix, _)) => prefix,
+            Err(error) => return Err(not_xml(&error, &lines)),
+        };
+        if !lines.declare(&prefix) {
+            break;
+        }
+    }
+    let message = "namespaces must be declared, as in xmlns:drake=\"...\"";
+    Err(Problems::one(lines.place(0), message))
 }
 
 fn element(node: Node<'_, '_>, lines: &Rc<Lines>, depth: usize) -> Result<Element, Problems> {
@@ -232,20 +272,10 @@ impl Element {
         )
     }
 
+    /// The first of a list, which has to be long enough.
     fn exactly<const N: usize>(&self, name: &str, list: &[f64], log: &Log) -> Option<[f64; N]> {
-        let found = list.try_into().ok();
-        if found.is_none() {
-            log.problem(Problem {
-                place: self.place_of(name),
-                message: format!(
-                    "{name} of <{}> must have {}, got {}",
-                    self.name,
-                    counted(N),
-                    list.len()
-                ),
-            });
-        }
-        found
+        let place = self.place_of(name);
+        first(list, &format!("{name} of <{}>", self.name), place, log)
     }
 
     /// The numbers that are the text of a child, as SDF has them.
@@ -264,13 +294,7 @@ impl Element {
     }
 
     pub(crate) fn own_numbers<const N: usize>(&self, log: &Log) -> Option<[f64; N]> {
-        let list = self.own_list(log)?;
-        let found = list.as_slice().try_into().ok();
-        if found.is_none() {
-            let (wanted, found) = (counted(N), list.len());
-            log.problem(self.problem(format!("<{}> must have {wanted}, got {found}", self.name)));
-        }
-        found
+        first(&self.own_list(log)?, &format!("<{}>", self.name), self.place(), log)
     }
 
     /// An attribute that has to be there.
@@ -306,44 +330,52 @@ impl Element {
     }
 }
 
+/// Of more numbers than there should be the first ones, as others take them in silence.
+fn first<const N: usize>(list: &[f64], what: &str, place: Place, log: &Log) -> Option<[f64; N]> {
+    let found = list.first_chunk::<N>().copied();
+    if found.is_none() {
+        let message = format!("{what} must have {}, got {}", counted(N), list.len());
+        log.problem(Problem { place, message });
+    } else if list.len() > N {
+        log.chose(
+            &format!("{what} with {} numbers: the first {N}", list.len()),
+            &format!("line {}", place.line),
+        );
+    }
+    found
+}
+
 fn counted(n: usize) -> String {
     if n == 1 { "one number".into() } else { format!("{n} numbers") }
 }
 
-/// Numbers between spaces. One that goes on with a second point, `-1.57.`, is read as what stands
-/// before it, which others do in silence; everything else that isn't a number is a problem.
+/// Numbers between spaces. What others read in silence is read, and said: commas between them, and one
+/// that goes on with a second point, `-1.57.`. Everything else that isn't a number is a problem.
 fn numbers(text: &str, what: &str, place: impl Fn(usize) -> Place, log: &Log) -> Option<Vec<f64>> {
+    let is_gap = |c: char| c.is_ascii_whitespace() || c == ',';
+    if let Some(comma) = text.find(',') {
+        let place = place(comma);
+        log.chose(&format!("{what} with commas: they are spaces"), &format!("line {}", place.line));
+    }
     let mut list = Vec::new();
-    for word in text.split_ascii_whitespace() {
+    for word in text.split(is_gap).filter(|word| !word.is_empty()) {
         let offset = word.as_ptr() as usize - text.as_ptr() as usize;
         let refuse = |message: String| log.problem(Problem { place: place(offset), message });
-        let number = match word.parse::<f64>() {
-            Ok(number) => number,
-            Err(_) => match word.strip_suffix('.').and_then(|word| word.parse::<f64>().ok()) {
-                Some(number) => {
-                    let at = place(offset);
-                    log.chose(
-                        &format!("{what}: `{}`, which isn't a number", shown(word)),
-                        &format!("{number} ({}:{})", at.line, at.column),
-                    );
-                    number
-                }
-                None => {
-                    let hint = match () {
-                        () if word.contains("${") || word.contains("$(") => {
-                            " (a leftover of xacro: run xacro first)"
-                        }
-                        () if word.contains(',') => " (numbers stand between spaces, with points)",
-                        () => "",
-                    };
-                    refuse(format!("{what} must be a number, got \"{}\"{hint}", shown(word)));
-                    return None;
-                }
-            },
+        let twice = || word.strip_suffix('.').and_then(|word| word.parse::<f64>().ok());
+        let Some(number) = word.parse::<f64>().ok().or_else(twice) else {
+            let xacro = word.contains("${") || word.contains("$(");
+            let hint = if xacro { " (a leftover of xacro: run xacro first)" } else { "" };
+            refuse(format!("{what} must be a number, got \"{}\"{hint}", shown(word)));
+            return None;
         };
         if !number.is_finite() {
             refuse(format!("{what} must be a finite number, got {}", shown(word)));
             return None;
+        }
+        if word.parse::<f64>().is_err() {
+            let line = place(offset).line;
+            let read = format!("{what}: `{}`, which isn't a number: {number}", shown(word));
+            log.chose(&read, &format!("line {line}"));
         }
         list.push(number.clamp(-LARGEST, LARGEST));
     }

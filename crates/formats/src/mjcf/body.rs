@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     files::Files,
-    robot::{Axis, Inertial, Joint, Link, Motion, Robot, Spring},
+    robot::{Axis, Inertial, Joint, Link, Motion, Robot, Spring, ball},
     tree::MOST_PARTS,
     urdf::colour,
     xml::{Element, Log},
@@ -174,7 +174,8 @@ impl<'a> Reader<'a> {
         self.defaults.check(element, "childclass", self.log);
         leave_out_unknown(element, &BODY, self.log);
         let outer = around.link.map_or_else(Isometry3::identity, |it| self.robot.links[it].pose);
-        let pose = outer * around.frame * self.compiler.pose(element, self.log);
+        let own = self.compiler.pose(element, self.log);
+        let pose = if self.compiler.is_global { own } else { outer * around.frame * own };
         let link = self.robot.links.len();
         let name = element.get("name").map(|name| format!("{name}{}", around.suffix));
         if let Some(name) = &name
@@ -188,7 +189,7 @@ impl<'a> Reader<'a> {
         self.given.push(None);
         let inner = Around {
             link: Some(link),
-            frame: Isometry3::identity(),
+            frame: if self.compiler.is_global { pose.inverse() } else { Isometry3::identity() },
             class: element.get("childclass").unwrap_or(&around.class).into(),
             suffix: around.suffix.clone(),
         };
@@ -214,7 +215,8 @@ impl<'a> Reader<'a> {
             body.children.iter().filter(|it| ["joint", "freejoint"].contains(&it.name.as_str()))
         {
             let whole = self.defaults.apply(element, &around.class, self.log);
-            let types = ["free", "ball", "slide", "hinge"];
+            // "fixed" is PyBullet's.
+            let types = ["free", "ball", "slide", "hinge", "fixed"];
             let kind = match (element.name.as_str(), whole.has("type")) {
                 ("freejoint", _) => Some("free"),
                 (_, true) => whole.word("type", &types, self.log),
@@ -236,7 +238,13 @@ impl<'a> Reader<'a> {
                 }
                 continue;
             }
-            let pose = self.robot.links[child].pose;
+            if kind == "fixed" {
+                continue;
+            }
+            let pose = match self.compiler.is_global {
+                true => Isometry3::identity(),
+                false => self.robot.links[child].pose,
+            };
             let before = joint.axes.len();
             if let Some([lower, upper]) = whole.numbers("actuatorfrcrange", self.log) {
                 self.most.push(([index, before], f64::max(-lower, upper)));
@@ -275,15 +283,13 @@ impl<'a> Reader<'a> {
             axis
         };
         if kind == "ball" {
-            let axes = [("z", Vector3::z()), ("y", Vector3::y()), ("x", Vector3::x())];
-            return axes
-                .map(|(name, direction)| {
-                    let direction = Unit::new_unchecked(pose.rotation * direction);
-                    let mut axis = dress(Axis::new(Motion::Turns, direction, anchor));
-                    axis.name = name.into();
-                    // The range of a ball is that of its whole angle.
-                    axis.range = range.map(|[_, most]| [-most, most]);
-                    axis
+            let frame = Isometry3::from_parts(anchor.coords.into(), pose.rotation);
+            // The range of a ball is that of its whole angle.
+            let range = range.map(|[_, most]| [-most, most]);
+            return ball(&frame)
+                .map(|axis| {
+                    let name = axis.name.clone();
+                    Axis { name, range, ..dress(axis) }
                 })
                 .into();
         }

@@ -12,6 +12,8 @@ use crate::{
 pub(super) struct Compiler {
     /// Of a unit of angle, in rad.
     pub(super) angle_rad: f64,
+    /// Whether poses are those in the world, as before MuJoCo 2.3.4.
+    pub(super) is_global: bool,
     pub(super) eulerseq: [char; 3],
     pub(super) autolimits: bool,
     pub(super) inertia_from_geom: InertiaFromGeom,
@@ -35,6 +37,7 @@ impl Compiler {
     pub(super) fn read(root: &Element, log: &Log) -> Self {
         let mut compiler = Self {
             angle_rad: 1_f64.to_radians(),
+            is_global: false,
             eulerseq: ['x', 'y', 'z'],
             autolimits: true,
             inertia_from_geom: InertiaFromGeom::IfNotGiven,
@@ -55,11 +58,8 @@ impl Compiler {
         if let Some(angle) = element.word("angle", &["degree", "radian"], log) {
             self.angle_rad = if angle == "degree" { 1_f64.to_radians() } else { 1.0 };
         }
-        if element.word("coordinate", &["local", "global"], log) == Some("global") {
-            let message = "coordinate of <compiler> must be local, got global: load and save the file \
-                           with MuJoCo 2.3 or older, which makes it local";
-            let place = element.place_of("coordinate");
-            log.problem(config::Problem { place, message: message.into() });
+        if let Some(word) = element.word("coordinate", &["local", "global"], log) {
+            self.is_global = word == "global";
         }
         if let Some(sequence) = element.get("eulerseq") {
             let letters: Vec<char> = sequence.chars().collect();

@@ -92,9 +92,13 @@ impl Geom {
     ) -> Option<Self> {
         leave_out_unknown(geom, &KNOWN, log);
         let (solid, pose) = solid(geom, meshes, compiler, log)?;
-        if !solid.is_solid() {
+        if solid.is_negative() {
             let message = format!("size of <geom> must be above 0, got {}", size_text(geom));
             log.problem(config::Problem { place: geom.place_of("size"), message });
+            return None;
+        }
+        if !solid.is_solid() {
+            log.left_out("a geom without a size", geom.place());
             return None;
         }
         let shape = Shape { place: geom.place(), pose: frame * pose, solid };
