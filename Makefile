@@ -13,7 +13,7 @@ ESBUILD := esbuild@0.28.2
 ASAN_SEQUENCES ?= 5000
 VALGRIND_SEQUENCES ?= 1500
 
-.PHONY: help demo test docs crash-test lockstep-test verify-lockstep lint bench asan valgrind three setup
+.PHONY: help demo test docs crash-test import-oracles lockstep-test verify-lockstep lint bench asan valgrind three setup
 
 help:
 	@echo "make demo      train Svenja for some minutes, and show what came out"
@@ -22,6 +22,7 @@ help:
 	@echo "make crash-test  training killed at 200 random moments"
 	@echo "make lockstep-test  lanes against Bullet's own solver, longer than in make test"
 	@echo "make verify-lockstep  the same with Svenja, 100,000 steps a lane (half an hour or more)"
+	@echo "make import-oracles  imported robots against MuJoCo and PyBullet (needs python3-venv)"
 	@echo "make lint      formatting and clippy, as strict as CI"
 	@echo "make bench     what things cost, beside plain code that does the same"
 	@echo "make asan      fuzzing with the C++ shim under AddressSanitizer"
@@ -54,6 +55,14 @@ docs: setup
 # Killed at 200 random moments, and the same bytes in the end.
 crash-test: setup
 	CRASHES=200 cargo test --release -p runner --test crash
+
+# What others make of the same files. They're installed in a folder of their own, from PyPI.
+ORACLES := target/oracles
+import-oracles: PACKAGES += python3-venv
+import-oracles: setup
+	test -x $(ORACLES)/bin/pip || python3 -m venv $(ORACLES)
+	$(ORACLES)/bin/pip install --quiet mujoco pybullet
+	cargo test -p formats --test oracles -- --nocapture
 
 # Every model for 20 s of its life, random robots and scenes by the thousand, in both precisions.
 lockstep-test: setup

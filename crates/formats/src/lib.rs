@@ -87,7 +87,8 @@ pub struct Options {
     pub base: Option<Base>,
     /// Names of the bodies that are feet, if not to be found out.
     pub feet: Option<Vec<String>>,
-    /// Where meshes are copied to, relative to the model file; by default `meshes`.
+    /// Where meshes are copied to, relative to the model file. Without it the model file names them
+    /// where they are, from the folder of the robot's file.
     pub mesh_folder: Option<String>,
 }
 
@@ -152,7 +153,8 @@ pub fn import_text(path: &Path, text: String, options: &Options) -> Result<Impor
         root,
         feet: &feet,
         servos: &servos,
-        mesh_folder: options.mesh_folder.as_deref().unwrap_or("meshes"),
+        mesh_folder: options.mesh_folder.as_deref(),
+        own_folder: path.parent().unwrap_or(Path::new("")),
     };
     let (body, meshes) = write::model(&robot, &setting);
     let mut report = log.report.take();
@@ -193,7 +195,9 @@ fn problem(problem: Problem) -> Problems {
 /// Leaves one tree, its joints in order: the largest, where there are several. Returns the robot as
 /// its file describes it.
 fn prepare_tree(robot: &mut Robot, log: &Log) -> Result<Robot, Problems> {
-    tree::keep_the_largest(robot, log);
+    if tree::is_small(robot, log) {
+        tree::keep_the_largest(robot, log);
+    }
     let order = tree::order(robot, log);
     log.result()?;
     if let Some(order) = order {

@@ -43,28 +43,25 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// What it weighs, filled evenly, at so many kg/m^3: the sum over the tetrahedra between the origin
-    /// and each triangle. `None` of a surface that isn't closed around anything.
+    /// What it weighs, filled evenly, at so many kg/m^3: the sum over the pyramids between a point inside
+    /// and each triangle. As MuJoCo has it, each counts, whichever way round its triangle is, so that
+    /// surfaces with holes and turned faces weigh something, too. `None` of one around nothing.
     pub(crate) fn filled(&self, scale: &Vector3<f64>, density: f64) -> Option<Inertial> {
         let point = |i: usize| self.points[i].coords.component_mul(scale);
-        let (mut volume, mut first, mut second) = (0.0, Vector3::zeros(), Matrix3::zeros());
-        for &[a, b, c] in &self.triangles {
-            let (a, b, c) = (point(a), point(b), point(c));
-            let v = a.dot(&b.cross(&c)) / 6.0;
-            let s = a + b + c;
-            volume += v;
-            first += s * (v / 4.0);
-            let squares = a * a.transpose() + b * b.transpose() + c * c.transpose();
-            second += (squares + s * s.transpose()) * (v / 20.0);
-        }
-        // A mirrored mesh is inside out.
-        let sign = volume.signum();
-        let (volume, first, second) = (volume * sign, first * sign, second * sign);
+        let triangles: Vec<[Vector3<f64>; 3]> =
+            self.triangles.iter().map(|corners| corners.map(point)).collect();
+        let area = |[a, b, c]: &[Vector3<f64>; 3]| (b - a).cross(&(c - a)).norm() / 2.0;
+        let surface: f64 = triangles.iter().map(area).sum();
+        let middle = |corners: &[Vector3<f64>; 3]| corners.iter().sum::<Vector3<f64>>() / 3.0;
+        let inside: Vector3<f64> =
+            triangles.iter().map(|it| middle(it) * (area(it) / surface)).sum();
+        let (volume, first, _) = pyramids(&triangles, &inside);
         if volume.is_nan() || volume <= 1e-15 {
             return None;
         }
-        let centre = first / volume;
-        let second = second - centre * centre.transpose() * volume;
+        let centre = inside + first / volume;
+        // From the centre of mass anew, where some pyramids may be others.
+        let (volume, _, second) = pyramids(&triangles, &centre);
         let tensor = Matrix3::identity() * second.trace() - second;
         Some(Inertial {
             mass_kg: volume * density,
@@ -72,6 +69,24 @@ impl Mesh {
             tensor_kg_m2: tensor * density,
         })
     }
+}
+
+/// Volume, and first and second moments about the tip that all pyramids have in common.
+fn pyramids(
+    triangles: &[[Vector3<f64>; 3]],
+    tip: &Vector3<f64>,
+) -> (f64, Vector3<f64>, Matrix3<f64>) {
+    let (mut volume, mut first, mut second) = (0.0, Vector3::zeros(), Matrix3::zeros());
+    for corners in triangles {
+        let [a, b, c] = corners.map(|corner| corner - tip);
+        let v = a.dot(&b.cross(&c)).abs() / 6.0;
+        let s = a + b + c;
+        volume += v;
+        first += s * (v / 4.0);
+        let squares = a * a.transpose() + b * b.transpose() + c * c.transpose();
+        second += (squares + s * s.transpose()) * (v / 20.0);
+    }
+    (volume, first, second)
 }
 
 fn read(path: &Path) -> io::Result<Vec<u8>> {

@@ -42,6 +42,9 @@ pub struct Chosen {
     pub count: usize,
 }
 
+/// What is counted together.
+const OTHERS: &str = "others";
+
 /// Values of a decision that are shown.
 const MOST_VALUES: usize = 4;
 
@@ -55,6 +58,8 @@ impl Report {
     }
 
     pub(crate) fn chose(&mut self, what: &str, value: &str) {
+        let is_known = self.chosen.iter().any(|chosen| chosen.what == what);
+        let what = if is_known || self.chosen.len() < MOST_ROWS { what } else { OTHERS };
         let known = self.chosen.iter().position(|chosen| chosen.what == what);
         let index = known.unwrap_or(self.chosen.len());
         if known.is_none() {
@@ -78,7 +83,13 @@ impl Report {
     }
 }
 
+/// Rows of a table; more are counted together.
+const MOST_ROWS: usize = 100;
+
 fn count(list: &mut Vec<LeftOut>, element: &str, place: Place, why: &str) {
+    let is_known = list.iter().any(|known| known.element == element);
+    let (element, why) =
+        if is_known || list.len() < MOST_ROWS { (element, why) } else { (OTHERS, "") };
     match list.iter_mut().find(|known| known.element == element) {
         Some(known) => known.count += 1,
         None => list.push(LeftOut { element: element.into(), place, count: 1, why: why.into() }),

@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use config::{Problem, shown, suggestion};
+use config::{Problem, shown};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use crate::{
@@ -15,6 +15,7 @@ use crate::{
         Axis, Inertial, Joint, Link, Motion, Motor, MotorKind, Robot, Shape, Solid, Spring,
         roll_pitch_yaw,
     },
+    tree,
     xml::{Element, Log},
 };
 
@@ -55,7 +56,12 @@ pub(crate) fn read(root: &Element, log: &Log) -> Option<Robot> {
         }
     }
     if robot.links.is_empty() {
-        log.problem(element.problem("a robot must have a <body> with parts in it, got none"));
+        if log.result().is_ok() {
+            log.problem(element.problem("a robot must have a <body> with parts in it, got none"));
+        }
+        return None;
+    }
+    if !tree::is_small(&robot, log) {
         return None;
     }
     for actuator in element.children("actuators").flat_map(|it| &it.children) {
@@ -158,7 +164,7 @@ fn link(body: &Element, name: &str, log: &Log) -> Link {
 fn solid(part: &Element, log: &Log) -> Option<Solid> {
     let size = |name: &str| {
         let Some(dimension) = part.child("dimension") else {
-            log.problem(part.problem(format!("<{}> must have a <dimension>", part.name)));
+            log.problem(part.problem(format!("<{}> must have a <dimension>, got none", part.name)));
             return None;
         };
         dimension.required(name, log)?;
@@ -200,7 +206,7 @@ fn joint(
         let name = found.required("name", log)?;
         let link = names.get(name).copied();
         if link.is_none() {
-            let likely = suggestion(name, names.keys().map(String::as_str));
+            let likely = log.likely(name, names.keys().map(String::as_str));
             let message =
                 format!("name of <{end}> must be a body's, got \"{}\"{likely}", shown(name));
             log.problem(Problem { place: found.place_of("name"), message });
@@ -208,7 +214,7 @@ fn joint(
         link
     };
     if element.child("source").is_none() {
-        log.problem(element.problem(format!("<{kind}> must have a <source>")));
+        log.problem(element.problem(format!("<{kind}> must have a <source>, got none")));
     }
     let source = body("source")?;
     let destination = match element.child("destination") {

@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use config::{Problem, shown, suggestion};
+use config::{Problem, shown};
 use nalgebra::{Isometry3, Matrix3, Unit, Vector3};
 
 use crate::{
@@ -12,6 +12,7 @@ use crate::{
         Axis, Inertial, Joint, Link, Motion, Motor, MotorKind, Robot, Shape, Solid, Spring, ball,
         roll_pitch_yaw,
     },
+    tree::MOST_PARTS,
     urdf::colour,
     xml::{Element, LARGEST, Log},
 };
@@ -28,7 +29,9 @@ pub(crate) fn read(root: &Element, log: &Log) -> Option<Robot> {
     reader.model(model, "", &Isometry3::identity(), 0);
     let mut robot = reader.robot;
     if robot.links.is_empty() {
-        log.problem(model.problem("a model must have a <link>, got none"));
+        if log.result().is_ok() {
+            log.problem(model.problem("a model must have a <link>, got none"));
+        }
         return None;
     }
     if is_static {
@@ -113,6 +116,12 @@ impl<'a> Reader<'a> {
         }
         // All frames are known: poses can be found.
         let links = self.sections(model, scope, "link");
+        if links.len().max(self.frames.len() / 4) > MOST_PARTS {
+            let message =
+                format!("at most {MOST_PARTS} links and as many joints expected, got more");
+            self.log.problem(model.problem(message));
+            return;
+        }
         for (scope, element) in &links {
             self.link(element, scope);
         }
@@ -272,7 +281,7 @@ impl<'a> Reader<'a> {
 
     fn unknown(&self, element: &Element, name: &str, scope: &str) {
         let known = self.frames.keys().filter_map(|known| known.strip_prefix(scope));
-        let likely = suggestion(name, known);
+        let likely = self.log.likely(name, known);
         let message = format!(
             "<{}> must refer to a link, a joint or a frame of its model, got \"{}\"{likely}",
             element.name,
@@ -364,7 +373,9 @@ impl<'a> Reader<'a> {
         let solid = geometry.children.first()?;
         let missing = |what: &str| {
             if solid.child(what).is_none() {
-                log.problem(solid.problem(format!("<{}> must have a <{what}>", solid.name)));
+                log.problem(
+                    solid.problem(format!("<{}> must have a <{what}>, got none", solid.name)),
+                );
             }
         };
         let number = |what: &str| {
@@ -418,7 +429,7 @@ impl<'a> Reader<'a> {
         }
         let end = |end: &str| {
             let Some(found) = element.child(end) else {
-                log.problem(element.problem(format!("<joint> must have a <{end}>")));
+                log.problem(element.problem(format!("<joint> must have a <{end}>, got none")));
                 return None;
             };
             if found.text == "world" {
@@ -500,7 +511,9 @@ impl<'a> Reader<'a> {
                 for name in wanted {
                     let axis = element.child(name);
                     if axis.is_none() {
-                        log.problem(element.problem(format!("<joint> must have an <{name}>")));
+                        log.problem(
+                            element.problem(format!("<joint> must have an <{name}>, got none")),
+                        );
                     }
                     let Some(axis) = axis else { continue };
                     let motion = if kind == "prismatic" { Motion::Slides } else { Motion::Turns };

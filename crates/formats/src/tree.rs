@@ -7,14 +7,23 @@ use crate::{robot::Robot, weight::remove_joint, xml::Log};
 /// Links and joints that a robot may have: as many as a model file takes.
 pub(crate) const MOST_PARTS: usize = 1000;
 
+/// Whether a robot has no more parts than it may, which is said.
+pub(crate) fn is_small(robot: &Robot, log: &Log) -> bool {
+    let (links, joints) = (&robot.links, &robot.joints);
+    if links.len() <= MOST_PARTS && joints.len() <= MOST_PARTS {
+        return true;
+    }
+    let place = links[0].place.clone();
+    let message = format!("at most {MOST_PARTS} bodies and as many joints expected, got more");
+    log.problem(Problem { place, message });
+    false
+}
+
 /// Joints from the root outwards, each behind the one above it, in the order of the file otherwise.
 /// `None`, with all that is wrong in the log, if they aren't one tree.
 pub(crate) fn order(robot: &Robot, log: &Log) -> Option<Vec<usize>> {
     let links = &robot.links;
-    if links.len() > MOST_PARTS || robot.joints.len() > MOST_PARTS {
-        let place = links[0].place.clone();
-        let message = format!("at most {MOST_PARTS} bodies and as many joints expected, got more");
-        log.problem(Problem { place, message });
+    if !is_small(robot, log) {
         return None;
     }
     let mut above: Vec<Option<usize>> = vec![None; links.len()];

@@ -30,7 +30,7 @@ pub(crate) fn read(root: &Element, log: &Log) -> Option<Robot> {
         }
         robot.links.push(link(element, name, &colours, log));
     }
-    if robot.links.is_empty() {
+    if root.child("link").is_none() {
         log.problem(root.problem("a robot must have a <link>, got none"));
     }
     let mut frames = Vec::new();
@@ -131,7 +131,9 @@ fn inertial(element: &Element, log: &Log) -> Option<Inertial> {
 
 fn shape(element: &Element, log: &Log) -> Option<Shape> {
     let Some(geometry) = element.child("geometry") else {
-        log.problem(element.problem(format!("<{}> must have a <geometry>", element.name)));
+        log.problem(
+            element.problem(format!("<{}> must have a <geometry>, got none", element.name)),
+        );
         return None;
     };
     let solid = geometry.children.first()?;
@@ -168,13 +170,13 @@ fn joint(element: &Element, names: &Names<'_>, log: &Log) -> Option<(Joint, Isom
     let name = element.required("name", log);
     let ends = ["parent", "child"].map(|end| {
         let Some(end) = element.child(end) else {
-            log.problem(element.problem(format!("<joint> must have a <{end}>")));
+            log.problem(element.problem(format!("<joint> must have a <{end}>, got none")));
             return None;
         };
         let link = end.required("link", log)?;
         let found = names.get(link).copied();
         if found.is_none() {
-            let likely = config::suggestion(link, names.keys().copied());
+            let likely = log.likely(link, names.keys().copied());
             let message = format!(
                 "link of <{}> must be a link's name, got \"{}\"{likely}",
                 end.name,

@@ -1,6 +1,9 @@
 //! A robot as the text of a model file, for a person to read on.
 
-use std::{fmt::Write, path::PathBuf};
+use std::{
+    fmt::Write,
+    path::{Path, PathBuf},
+};
 
 use nalgebra::{Isometry3, Quaternion, Unit, UnitQuaternion, Vector3};
 
@@ -26,8 +29,10 @@ pub(crate) struct Setting<'a> {
     pub(crate) root: usize,
     pub(crate) feet: &'a [usize],
     pub(crate) servos: &'a Servos,
-    /// Where meshes are copied to, relative to the model file.
-    pub(crate) mesh_folder: &'a str,
+    /// Where meshes are copied to, relative to the model file, if they are.
+    pub(crate) mesh_folder: Option<&'a str>,
+    /// That of the robot's own file.
+    pub(crate) own_folder: &'a Path,
 }
 
 /// The text without its heading, and the meshes that it names.
@@ -274,7 +279,10 @@ impl Writer<'_> {
             text.replace(|c: char| c.is_control() || c == '/', "-")
         };
         let (stem, ending) = (plain(from.file_stem()), plain(from.extension()));
-        let folder = self.setting.mesh_folder;
+        let Some(folder) = self.setting.mesh_folder else {
+            let inside = from.strip_prefix(self.setting.own_folder).unwrap_or(&from);
+            return inside.display().to_string();
+        };
         let mut to = format!("{folder}/{stem}.{ending}");
         let mut number = 1;
         while self.meshes.iter().any(|known| known.to == to) {

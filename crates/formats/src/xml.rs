@@ -19,6 +19,9 @@ const MOST_NODES: u32 = 500_000;
 /// Namespaces that a file may use without declaring them.
 const MOST_PREFIXES: usize = 9;
 
+/// Attributes that an element may have: a few times what MJCF's have.
+const MOST_ATTRIBUTES: usize = 200;
+
 /// How deep elements may stand in each other. Readers descend by calling themselves.
 const DEEPEST: usize = 200;
 
@@ -148,6 +151,10 @@ fn element(node: Node<'_, '_>, lines: &Rc<Lines>, depth: usize) -> Result<Elemen
         let message = format!("at most {DEEPEST} elements in each other expected, got more");
         return Err(Problems::one(lines.place(at), message));
     }
+    if node.attributes().len() > MOST_ATTRIBUTES {
+        let message = format!("at most {MOST_ATTRIBUTES} attributes expected, got more");
+        return Err(Problems::one(lines.place(at), message));
+    }
     let written = &lines.text[at + 1..];
     let end = written.find(|c: char| c.is_whitespace() || c == '>' || c == '/');
     let attributes = node.attributes().map(|attribute| Attribute {
@@ -199,9 +206,8 @@ fn not_xml(error: &Error, lines: &Lines) -> Problems {
                 line: at.row as usize,
                 column: at.col as usize,
             };
-            // The parser ends its messages with the place.
-            let message = error.to_string();
-            let message = message.split(" at ").next().unwrap_or_default();
+            // The parser has the place in its messages, too.
+            let message = error.to_string().replace(&format!(" at {at}"), "");
             (place, format!("not well-formed XML: {message}"))
         }
     };
@@ -382,6 +388,9 @@ fn numbers(text: &str, what: &str, place: impl Fn(usize) -> Place, log: &Log) ->
     Some(list)
 }
 
+/// Names that are compared with one that isn't known.
+const MOST_NAMES: usize = 1000;
+
 /// What a reader found wrong, left out or chose on its way.
 #[derive(Debug, Default)]
 pub(crate) struct Log {
@@ -415,6 +424,15 @@ impl Log {
 
     pub(crate) fn chose(&self, what: &str, value: &str) {
         self.report.borrow_mut().chose(what, value);
+    }
+
+    /// The name among those known that was most likely meant, behind a comma. Looking for it takes
+    /// time, so it's looked for as long as problems are kept.
+    pub(crate) fn likely<'n>(&self, name: &str, known: impl Iterator<Item = &'n str>) -> String {
+        if self.problems.borrow().len() > config::MOST_PROBLEMS {
+            return String::new();
+        }
+        config::suggestion(name, known.take(MOST_NAMES))
     }
 
     /// All problems so far, if there are any.

@@ -19,6 +19,9 @@ use crate::{
     xml::{Element, Log},
 };
 
+/// Elements in bodies, copies of replicas each counted.
+const MOST_ELEMENTS: usize = 20_000;
+
 /// Attributes of a joint that are carried over, or have no effect.
 const JOINT: [&str; 16] = [
     "name",
@@ -58,6 +61,9 @@ pub(super) struct Reader<'a> {
     pub(super) given: Vec<Option<Inertial>>,
     pub(super) joints: BTreeMap<String, [usize; 2]>,
     pub(super) sites: BTreeMap<String, usize>,
+    /// Elements so far, replicas among them, and whether that was too many.
+    read: usize,
+    is_full: bool,
     /// Most that motors of an axis do together: joint, axis, N m or N.
     pub(super) most: Vec<([usize; 2], f64)>,
 }
@@ -94,6 +100,8 @@ impl<'a> Reader<'a> {
             given: Vec::new(),
             joints: BTreeMap::new(),
             sites: BTreeMap::new(),
+            read: 0,
+            is_full: false,
             most: Vec::new(),
         }
     }
@@ -108,7 +116,15 @@ impl<'a> Reader<'a> {
     }
 
     fn child(&mut self, element: &Element, around: &Around) {
-        if self.robot.links.len() > MOST_PARTS {
+        self.read += 1;
+        if self.robot.links.len() > MOST_PARTS || self.read > MOST_ELEMENTS {
+            if !self.is_full {
+                self.is_full = true;
+                let message = format!(
+                    "at most {MOST_PARTS} bodies and {MOST_ELEMENTS} elements in them expected, got more"
+                );
+                self.log.problem(element.problem(message));
+            }
             return;
         }
         match (element.name.as_str(), around.link) {
@@ -162,6 +178,10 @@ impl<'a> Reader<'a> {
         let mut around = around.clone();
         let outer = around.suffix.clone();
         for i in 0..count as usize {
+            if self.is_full {
+                return;
+            }
+            self.read += 1;
             around.suffix = format!("{}{i:0digits$}{outer}", separator.unwrap_or_default());
             for child in &element.children {
                 self.child(child, &around);

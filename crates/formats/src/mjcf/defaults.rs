@@ -2,12 +2,32 @@
 
 use std::collections::BTreeMap;
 
-use config::{Problem, shown, suggestion};
+use config::{Problem, shown};
 
 use crate::xml::{Attribute, Element, Log};
 
 /// The outermost class, whatever it's called in the file.
 const MAIN: &str = "main";
+
+/// Each has all that is in the classes around it.
+const MOST_CLASSES: usize = 1000;
+
+/// Elements whose defaults matter.
+const ELEMENTS: [&str; 13] = [
+    "geom",
+    "joint",
+    "mesh",
+    "general",
+    "motor",
+    "position",
+    "velocity",
+    "intvelocity",
+    "damper",
+    "cylinder",
+    "muscle",
+    "adhesion",
+    "freejoint",
+];
 
 /// Several ways to say the same: one of an element's own replaces a default in any of them.
 const ORIENTATIONS: [&str; 5] = ["quat", "axisangle", "xyaxes", "zaxis", "euler"];
@@ -35,7 +55,13 @@ impl Defaults {
         mut attributes: BTreeMap<String, Vec<Attribute>>,
         log: &Log,
     ) {
-        for child in element.children.iter().filter(|child| child.name != "default") {
+        if self.classes.len() > MOST_CLASSES {
+            let message = format!("at most {MOST_CLASSES} classes expected, got more");
+            log.problem(element.problem(message));
+            return;
+        }
+        for child in element.children.iter().filter(|child| ELEMENTS.contains(&child.name.as_str()))
+        {
             let known = attributes.entry(child.name.clone()).or_default();
             *known = merged(&child.attributes, known);
         }
@@ -70,7 +96,7 @@ impl Defaults {
         if class == MAIN || self.classes.contains_key(class) {
             return;
         }
-        let likely = suggestion(class, self.classes.keys().map(String::as_str));
+        let likely = log.likely(class, self.classes.keys().map(String::as_str));
         log.problem(Problem {
             place: element.place_of(attribute),
             message: format!(

@@ -37,7 +37,7 @@ pub(crate) fn read(root: Element, files: &Files, log: &Log) -> Option<Robot> {
     root.children("worldbody").for_each(|world| reader.world(world));
     let Reader { mut robot, geoms, world, given, joints, sites, most, .. } = reader;
     robot.name = root.get("model").unwrap_or("MuJoCo Model").into();
-    if robot.links.is_empty() {
+    if robot.links.is_empty() && log.result().is_ok() {
         log.problem(root.problem("a model must have a <body> in its <worldbody>, got none"));
     }
     log.result().ok()?;

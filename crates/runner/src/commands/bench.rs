@@ -16,6 +16,7 @@ use super::{Outcome, print_line};
 use crate::{
     cli::Bench,
     experiment::{Experiment, Plan},
+    models::Model,
     policies,
     session::{Session, Solver, control_step},
 };
@@ -180,6 +181,6 @@ impl Batch {
 fn from_file(file: &Path) -> anyhow::Result<(Experiment, Morphology)> {
     let plan = Plan::open(file, &[])?;
     let cell = plan.cells().first().context("no cells")?;
-    let morphology = Morphology::open(Path::new(&cell.experiment.model))?;
-    Ok((cell.experiment.clone(), morphology))
+    let model = Model::open(Path::new(&cell.experiment.model))?;
+    Ok((cell.experiment.clone(), model.morphology))
 }

@@ -1,6 +1,7 @@
 //! What the commands do, one file each.
 
 mod bench;
+mod import;
 mod model;
 mod plot;
 mod replay;

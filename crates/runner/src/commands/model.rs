@@ -1,11 +1,11 @@
-//! `itarl model`: checks and shows model files.
+//! `itarl model`: checks and shows model files, and those of other formats.
 
 use std::path::{Path, PathBuf};
 
 use svenja::{Describe, Morphology};
 
-use super::{Outcome, print_line};
-use crate::{cli::Model, progress::notify};
+use super::{Outcome, import, print_line};
+use crate::{cli::Model, models, progress::notify};
 
 pub(super) fn model(arguments: &Model) -> anyhow::Result<Outcome> {
     match arguments {
@@ -22,6 +22,7 @@ pub(super) fn model(arguments: &Model) -> anyhow::Result<Outcome> {
             ))
         }),
         Model::Show { files } => each(files, |_, model| print_line(Describe(model))),
+        Model::Import(arguments) => import::import(arguments),
     }
 }
 
@@ -32,8 +33,8 @@ fn each(
 ) -> anyhow::Result<Outcome> {
     let mut outcome = Outcome::Done;
     for file in files {
-        match Morphology::open(file) {
-            Ok(model) => with(file, &model)?,
+        match models::Model::open(file) {
+            Ok(model) => with(file, &model.morphology)?,
             Err(problems) => {
                 notify(problems);
                 outcome = Outcome::Failed;

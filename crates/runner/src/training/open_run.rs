@@ -2,7 +2,6 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    fs,
     path::Path,
 };
 
@@ -14,7 +13,8 @@ use svenja::Morphology;
 use crate::{
     catalogue::{Catalogue, RunCell},
     experiment::{Cell, Experiment, Plan, absolute, policy_names},
-    models, policies,
+    models::{self, Model},
+    policies,
     session::{self, Session},
 };
 
@@ -142,6 +142,8 @@ pub fn check_files(plan: &Plan) -> anyhow::Result<()> {
 #[derive(Default)]
 struct Files {
     models: Vec<InputFile>,
+    /// Of each model.
+    morphologies: Vec<Morphology>,
     policies: Vec<InputFile>,
 }
 
@@ -161,8 +163,8 @@ impl Files {
         let mut known = BTreeSet::new();
         for Cell { experiment, .. } in plan.cells() {
             if known.insert(experiment.model.as_str()) {
-                match read_model(&experiment.model)? {
-                    Ok(file) => files.models.push(file),
+                match Model::open(Path::new(&experiment.model)) {
+                    Ok(model) => files.add(&experiment.model, model),
                     Err(found) => problems.extend(Vec::from(found)),
                 }
             }
@@ -180,6 +182,14 @@ impl Files {
         if problems.is_empty() { Ok(files) } else { Err(Problems::new(problems).into()) }
     }
 
+    fn add(&mut self, path: &str, model: Model) {
+        // Stems differ, or cells would share a folder.
+        let stem = Path::new(path).file_stem().unwrap_or_default().to_string_lossy();
+        let name = format!("{stem}.toml");
+        self.models.push(InputFile { path: path.into(), name, bytes: model.text.into_bytes() });
+        self.morphologies.push(model.morphology);
+    }
+
     /// That each setting's cells can be built.
     fn check_settings(&self, plan: &Plan) -> anyhow::Result<()> {
         let mut last: Option<&Experiment> = None;
@@ -187,11 +197,12 @@ impl Files {
             if last.is_some_and(|last| last == experiment) {
                 continue;
             }
-            let morphology = Morphology::open(Path::new(&experiment.model))?;
+            let model = self.models.iter().position(|file| file.path == experiment.model);
+            let morphology = model.map(|index| &self.morphologies[index]).context("no model")?;
             let initial =
                 self.policies.iter().find(|it| Some(it.path.as_str()) == experiment.initial());
             let initial = initial.map(|file| file.bytes.as_slice());
-            Session::build(experiment, &morphology, initial, *seed)
+            Session::build(experiment, morphology, initial, *seed)
                 .with_context(|| format!("setting {setting}"))?;
             last = Some(experiment);
         }
@@ -207,16 +218,6 @@ impl Files {
         let all = [copies(MODELS, &self.models), copies(POLICIES, &self.policies)];
         all.into_iter().flatten().collect()
     }
-}
-
-fn read_model(path: &str) -> anyhow::Result<Result<InputFile, Problems>> {
-    if let Err(found) = Morphology::open(Path::new(path)) {
-        return Ok(Err(found));
-    }
-    let bytes = fs::read(path).with_context(|| format!("{path}: reading"))?;
-    // Stems differ, or cells would share a folder.
-    let stem = Path::new(path).file_stem().unwrap_or_default().to_string_lossy();
-    Ok(Ok(InputFile { path: path.into(), name: format!("{stem}.toml"), bytes }))
 }
 
 /// The plan's text for a run folder that has copies of its files, by their paths in the plan. It has
