@@ -210,10 +210,13 @@ impl Files {
 }
 
 fn read_model(path: &str) -> anyhow::Result<Result<InputFile, Problems>> {
-    if let Err(found) = Morphology::open(Path::new(path)) {
-        return Ok(Err(found));
-    }
-    let bytes = fs::read(path).with_context(|| format!("{path}: reading"))?;
+    let morphology = match Morphology::open(Path::new(path)) {
+        Ok(morphology) => morphology,
+        Err(found) => return Ok(Err(found)),
+    };
+    let mut bytes = fs::read(path).with_context(|| format!("{path}: reading"))?;
+    // A copy needs no other files.
+    bytes.extend(morphology.meshes_as_text().bytes());
     // Stems differ, or cells would share a folder.
     let stem = Path::new(path).file_stem().unwrap_or_default().to_string_lossy();
     Ok(Ok(InputFile { path: path.into(), name: format!("{stem}.toml"), bytes }))
