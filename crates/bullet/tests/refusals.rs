@@ -207,6 +207,9 @@ fn primitive_shapes_refuse_bad_sizes() {
     scene.refuses_vector("add_shape: box.half_extents", A_SIZE, POSITIVE, |world, half_extents| {
         world.add_shape(&Shape::Box { half_extents })
     });
+    scene.refuses_vector("add_shape: ellipsoid.radii", A_SIZE, POSITIVE, |world, radii| {
+        world.add_shape(&Shape::Ellipsoid { radii })
+    });
     type Make = fn(f64) -> Shape;
     let table: [(&str, Make); 5] = [
         ("sphere.radius", |radius| Shape::Sphere { radius }),
@@ -760,6 +763,30 @@ fn what_is_used_refuses_removal_and_what_was_removed_is_unknown() {
     for (call, argument, ask) in table {
         scene.refuses(ask, &gone(call, argument));
     }
+}
+
+#[test]
+fn bodies_are_kept_apart_once_and_from_others() {
+    let mut scene = Scene::new();
+    let (bob, paddle) = (scene.bob, scene.paddle);
+    scene.refuses(
+        |world| world.keep_apart(bob, bob),
+        "keep_apart: b must be another body than a, got body 1",
+    );
+    scene.world.keep_apart(bob, paddle).unwrap();
+    for (a, b) in [(bob, paddle), (paddle, bob)] {
+        let expected = format!(
+            "keep_apart: b must be a body that isn't kept apart from a already, got body {}",
+            b.slot
+        );
+        scene.refuses(|world| world.keep_apart(a, b), &expected);
+    }
+    let never = BodyId { slot: 3 };
+    scene.refuses(
+        |world| world.keep_apart(bob, never),
+        "keep_apart: b 3 doesn't exist: only 3 were ever added",
+    );
+    scene.goes_on();
 }
 
 #[test]

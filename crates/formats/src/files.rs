@@ -83,6 +83,11 @@ impl Files {
         Err("is outside the file's folder: --package NAME=DIR allows what is in DIR".into())
     }
 
+    /// A mesh that was found at a path.
+    pub(crate) fn known(&self, path: &Path) -> Option<Rc<Mesh>> {
+        self.meshes.borrow().get(path)?.clone().ok()
+    }
+
     /// The mesh at a path or URI, and where it is.
     ///
     /// # Errors

@@ -87,8 +87,8 @@ pub struct Options {
     pub base: Option<Base>,
     /// Names of the bodies that are feet, if not to be found out.
     pub feet: Option<Vec<String>>,
-    /// Where meshes are copied to, relative to the model file. Without it the model file names them
-    /// where they are, from the folder of the robot's file.
+    /// Where meshes are copied to, relative to the model file. Without it the model file has the
+    /// corners of their hulls itself, and needs no other files.
     pub mesh_folder: Option<String>,
 }
 
@@ -154,7 +154,7 @@ pub fn import_text(path: &Path, text: String, options: &Options) -> Result<Impor
         feet: &feet,
         servos: &servos,
         mesh_folder: options.mesh_folder.as_deref(),
-        own_folder: path.parent().unwrap_or(Path::new("")),
+        files: &files,
     };
     let (body, meshes) = write::model(&robot, &setting);
     let mut report = log.report.take();

@@ -8,6 +8,8 @@ use std::{
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
+use svenja::Hull;
+
 use crate::robot::Inertial;
 
 /// Bytes that a mesh may have.
@@ -16,7 +18,9 @@ const LARGEST_MESH: u64 = 64 << 20;
 /// A surface.
 #[derive(Debug, Default)]
 pub(crate) struct Mesh {
-    pub(crate) points: Vec<Point3<f64>>,
+    points: Vec<Point3<f64>>,
+    /// Of the hull that a model file makes of it.
+    pub(crate) corners: Vec<Point3<f64>>,
     triangles: Vec<[usize; 3]>,
 }
 
@@ -37,10 +41,11 @@ impl Mesh {
         let mesh = if ending == "obj" { obj(&bytes) } else { stl(&bytes) };
         let mesh = mesh.ok_or_else(|| format!("isn't {}", ending.to_uppercase()))?;
         let fits = mesh.points.iter().all(|p| p.iter().all(|x| x.is_finite() && x.abs() < 1e9));
-        if mesh.points.len() < 4 || !fits {
-            return Err("has no body in it".into());
+        let hull = Hull::around(&mesh.points).filter(|_| fits);
+        match hull {
+            Some(hull) => Ok(Self { corners: hull.points_m().to_vec(), ..mesh }),
+            None => Err("has points that span no volume".into()),
         }
-        Ok(mesh)
     }
 
     /// What it weighs, filled evenly, at so many kg/m^3: the sum over the pyramids between a point inside
@@ -121,7 +126,7 @@ fn stl(bytes: &[u8]) -> Option<Mesh> {
     };
     let points: Vec<_> = corners.chunks_exact(3).map(|p| Point3::new(p[0], p[1], p[2])).collect();
     let triangles = (0..points.len() / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-    Some(Mesh { points, triangles })
+    Some(Mesh { points, triangles, ..Mesh::default() })
 }
 
 fn three(text: &str) -> Option<[f64; 3]> {

@@ -76,9 +76,15 @@ pub(crate) fn bound_friction(robot: &mut Robot, log: &Log) {
 }
 
 fn found(shape: &mut Shape, files: &Files, log: &Log) -> bool {
-    let Solid::Mesh { uri, file, .. } = &mut shape.solid else { return true };
-    match files.mesh(uri) {
-        Ok((path, _)) => {
+    let Solid::Mesh { uri, file, scale } = &mut shape.solid else { return true };
+    let found = files.mesh(uri).and_then(|(path, mesh)| {
+        let corners = mesh.corners.iter().map(|it| it.coords.component_mul(scale).norm());
+        let reach = corners.fold(0.0, f64::max);
+        let fits = (SHORTEST_M..=LONGEST_M).contains(&reach);
+        fits.then_some(path).ok_or_else(|| format!("reaches {reach} m: no size of a shape"))
+    });
+    match found {
+        Ok(path) => {
             *file = Some(path);
             true
         }

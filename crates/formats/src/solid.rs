@@ -67,7 +67,7 @@ impl Solid {
             Self::Capsule(r, half) => r + half * direction.z.abs(),
             Self::Mesh { scale, .. } => mesh.map_or(0.0, |mesh| {
                 let reach = |p: &Point3<f64>| p.coords.component_mul(scale).dot(direction);
-                mesh.points.iter().map(reach).fold(f64::NEG_INFINITY, f64::max)
+                mesh.corners.iter().map(reach).fold(f64::NEG_INFINITY, f64::max)
             }),
         }
     }

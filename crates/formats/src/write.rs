@@ -1,14 +1,12 @@
 //! A robot as the text of a model file, for a person to read on.
 
-use std::{
-    fmt::Write,
-    path::{Path, PathBuf},
-};
+use std::{fmt::Write, path::PathBuf};
 
 use nalgebra::{Isometry3, Quaternion, Unit, UnitQuaternion, Vector3};
 
 use crate::{
     compound::{self, Fit},
+    files::Files,
     motors::{Servo, Servos},
     robot::{Axis, Joint, Link, Motion, MotorKind, Robot, Shape, Solid, to_roll_pitch_yaw},
     weight::principal_frame,
@@ -31,8 +29,7 @@ pub(crate) struct Setting<'a> {
     pub(crate) servos: &'a Servos,
     /// Where meshes are copied to, relative to the model file, if they are.
     pub(crate) mesh_folder: Option<&'a str>,
-    /// That of the robot's own file.
-    pub(crate) own_folder: &'a Path,
+    pub(crate) files: &'a Files,
 }
 
 /// The text without its heading, and the meshes that it names.
@@ -51,7 +48,13 @@ pub(crate) fn model(robot: &Robot, setting: &Setting<'_>) -> (String, Vec<MeshCo
     for (i, joint) in robot.joints.iter().enumerate() {
         writer.joint(i, joint, &frames);
     }
-    (writer.text, writer.meshes)
+    if setting.mesh_folder.is_some() {
+        return (writer.text, writer.meshes);
+    }
+    for mesh in std::mem::take(&mut writer.meshes) {
+        writer.corners(&mesh);
+    }
+    (writer.text, Vec::new())
 }
 
 struct Writer<'a> {
@@ -279,10 +282,7 @@ impl Writer<'_> {
             text.replace(|c: char| c.is_control() || c == '/', "-")
         };
         let (stem, ending) = (plain(from.file_stem()), plain(from.extension()));
-        let Some(folder) = self.setting.mesh_folder else {
-            let inside = from.strip_prefix(self.setting.own_folder).unwrap_or(&from);
-            return inside.display().to_string();
-        };
+        let folder = self.setting.mesh_folder.unwrap_or("meshes");
         let mut to = format!("{folder}/{stem}.{ending}");
         let mut number = 1;
         while self.meshes.iter().any(|known| known.to == to) {
@@ -291,6 +291,15 @@ impl Writer<'_> {
         }
         self.meshes.push(MeshCopy { from, to: to.clone() });
         to
+    }
+
+    /// A mesh in the model file itself.
+    fn corners(&mut self, mesh: &MeshCopy) {
+        let Some(found) = self.setting.files.known(&mesh.from) else { return };
+        self.line("\n[[mesh]]");
+        self.line(format!("file = {}", quoted(&mesh.to)));
+        let points: Vec<_> = found.corners.iter().map(|it| vector(&it.coords)).collect();
+        self.line(format!("points = [\n    {},\n]", points.join(",\n    ")));
     }
 
     fn joint(&mut self, index: usize, joint: &Joint, frames: &[Isometry3<f64>]) {

@@ -28,7 +28,8 @@ fn svenja_has_the_joints_of_her_model_file() {
     let imported =
         formats::import(&root.join("tests/robots/svenja.rosiml"), &Options::default()).unwrap();
     let robot = &imported.robot;
-    let model: Table = fs::read_to_string(root.join("models/svenja.toml")).unwrap().parse().unwrap();
+    let model: Table =
+        fs::read_to_string(root.join("models/svenja.toml")).unwrap().parse().unwrap();
     let bodies: BTreeMap<&str, &Table> =
         tables(&model, "body").into_iter().map(|it| (it["name"].as_str().unwrap(), it)).collect();
     for (name, body) in &bodies {
@@ -48,7 +49,8 @@ fn svenja_has_the_joints_of_her_model_file() {
         assert_eq!(robot.links[own.child].name, joint["child"].as_str().unwrap());
         let axes = tables(joint, "axes");
         assert_eq!(axes.len(), own.axes.len(), "{name}");
-        let anchor = Point3::from(vector(&bodies[parent]["position_m"]) + vector(&joint["anchor_m"]));
+        let anchor =
+            Point3::from(vector(&bodies[parent]["position_m"]) + vector(&joint["anchor_m"]));
         let angles = joint.get("frame_deg").map(vector).unwrap_or_default().map(f64::to_radians);
         let frame = Rotation3::from_euler_angles(angles.x, angles.y, angles.z);
         for axis in axes {
@@ -64,7 +66,8 @@ fn svenja_has_the_joints_of_her_model_file() {
                 true => ([-upper, -lower], !found.reversed),
                 false => ([lower, upper], found.reversed),
             };
-            let expected: Vec<f64> = axis["range_deg"].as_array().unwrap().iter().map(number).collect();
+            let expected: Vec<f64> =
+                axis["range_deg"].as_array().unwrap().iter().map(number).collect();
             assert!((range[0].to_degrees() - expected[0]).abs() < 1e-12, "{name} {range:?}");
             assert!((range[1].to_degrees() - expected[1]).abs() < 1e-12, "{name} {range:?}");
             let is_reversed = axis.get("reversed").is_some_and(|it| it.as_bool().unwrap());

@@ -30,6 +30,8 @@ impl Model {
         }
         let text = config::read_text(path)?;
         let morphology = Morphology::parse(&path.display().to_string(), &text)?;
+        // A copy needs no other files.
+        let text = text + &morphology.meshes_as_text();
         Ok(Self { morphology, text })
     }
 }
