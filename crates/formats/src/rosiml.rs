@@ -15,7 +15,7 @@ use crate::{
         Axis, Inertial, Joint, Link, Motion, Motor, MotorKind, Robot, Shape, Solid, Spring,
         roll_pitch_yaw,
     },
-    tree,
+    stand, tree,
     xml::{Element, Log},
 };
 
@@ -32,6 +32,33 @@ pub(crate) fn read(root: &Element, log: &Log) -> Option<Robot> {
     leave_out(root, log);
     let mut robot = Robot::new(element.get("name").unwrap_or("robot"));
     robot.forward = Vector3::y();
+    let names = bodies(element, &mut robot, log);
+    if robot.links.is_empty() {
+        if log.result().is_ok() {
+            log.problem(element.problem("a robot must have a <body> with parts in it, got none"));
+        }
+        return None;
+    }
+    if !tree::is_small(&robot, log) {
+        return None;
+    }
+    for actuator in element.children("actuators").flat_map(|it| &it.children) {
+        robot.joints.extend(joint(actuator, &names, &robot.links, log));
+    }
+    sensors(element, &names, &mut robot, log);
+    for child in &element.children {
+        match child.name.as_str() {
+            "body" | "actuators" | "sensors" => {}
+            "controller" => log.set_aside("robot/controller", child.place()),
+            name => log.left_out(&format!("robot/{name}"), child.place()),
+        }
+    }
+    root_at_the_middle(&mut robot);
+    Some(robot)
+}
+
+/// Reads all bodies; returns their links by their names.
+fn bodies(element: &Element, robot: &mut Robot, log: &Log) -> BTreeMap<String, usize> {
     let mut names = BTreeMap::new();
     for bodies in element.children("body") {
         if let Some(word) = bodies.word("selfCollide", &["true", "false"], log) {
@@ -55,18 +82,10 @@ pub(crate) fn read(root: &Element, log: &Log) -> Option<Robot> {
             }
         }
     }
-    if robot.links.is_empty() {
-        if log.result().is_ok() {
-            log.problem(element.problem("a robot must have a <body> with parts in it, got none"));
-        }
-        return None;
-    }
-    if !tree::is_small(&robot, log) {
-        return None;
-    }
-    for actuator in element.children("actuators").flat_map(|it| &it.children) {
-        robot.joints.extend(joint(actuator, &names, &robot.links, log));
-    }
+    names
+}
+
+fn sensors(element: &Element, names: &BTreeMap<String, usize>, robot: &mut Robot, log: &Log) {
     for sensor in element.children("sensors").flat_map(|it| &it.children) {
         let object = sensor.child("object").and_then(|it| it.get("name"));
         let link = object.and_then(|name| names.get(name));
@@ -77,15 +96,6 @@ pub(crate) fn read(root: &Element, log: &Log) -> Option<Robot> {
             (name, _) => log.left_out(&format!("sensors/{name}"), sensor.place()),
         }
     }
-    for child in &element.children {
-        match child.name.as_str() {
-            "body" | "actuators" | "sensors" => {}
-            "controller" => log.set_aside("robot/controller", child.place()),
-            name => log.left_out(&format!("robot/{name}"), child.place()),
-        }
-    }
-    root_at_the_middle(&mut robot);
-    Some(robot)
 }
 
 /// What belongs to the simulator and its screen.
@@ -322,16 +332,7 @@ fn root_at_the_middle(robot: &mut Robot) {
     let Some(root) = (0..robot.links.len()).find(|link| key(link) == best) else { return };
     if robot.links[root].inertial.is_none() {
         // What weighs nothing doesn't move in Bullet.
-        let place = robot.links[root].place.clone();
-        let name = "base".into();
-        robot.joints.push(Joint {
-            name,
-            place,
-            parent: None,
-            child: root,
-            axes: vec![],
-            floats: false,
-        });
+        stand::fix(robot, root);
     }
     let mut reached = vec![false; robot.links.len()];
     let mut waiting = vec![root];

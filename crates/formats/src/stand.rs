@@ -37,13 +37,7 @@ pub(crate) fn set_base(robot: &mut Robot, base: Option<Base>, log: &Log) {
             if let Some(joint) = held {
                 remove_joint(robot, joint);
             }
-            let place = robot.links[root].place.clone();
-            let name = "base".into();
-            robot.joints.insert(
-                0,
-                Joint { name, place, parent: None, child: root, axes: vec![], floats: false },
-            );
-            robot.actuators.iter_mut().for_each(|[joint, _]| *joint += 1);
+            fix(robot, root);
         }
         (_, Some(joint)) => {
             let kind = if robot.joints[joint].axes.is_empty() { "fixed to" } else { "jointed to" };
@@ -51,6 +45,14 @@ pub(crate) fn set_base(robot: &mut Robot, base: Option<Base>, log: &Log) {
         }
         (_, None) => {}
     }
+}
+
+/// Holds a root to the world.
+pub(crate) fn fix(robot: &mut Robot, root: usize) {
+    let (name, place) = ("base".into(), robot.links[root].place.clone());
+    let joint = Joint { name, place, parent: None, child: root, axes: Vec::new(), floats: false };
+    robot.joints.insert(0, joint);
+    robot.actuators.iter_mut().for_each(|[joint, _]| *joint += 1);
 }
 
 fn robot_is(log: &Log, kind: &str) {

@@ -60,20 +60,25 @@ pub(crate) fn order(robot: &Robot, log: &Log) -> Option<Vec<usize>> {
     if !is_tree {
         return None;
     }
-    let mut order: Vec<usize> = above[roots[0]].into_iter().collect();
-    let mut waiting: Vec<usize> = below[roots[0]].iter().rev().copied().collect();
-    while let Some(joint) = waiting.pop() {
-        order.push(joint);
-        waiting.extend(below[robot.joints[joint].child].iter().rev());
-    }
-    if order.len() < robot.joints.len() {
-        let lost = (0..robot.joints.len()).find(|joint| !order.contains(joint))?;
+    let order = outwards(robot, above[roots[0]], &below, roots[0]);
+    if let Some(lost) = (0..robot.joints.len()).find(|joint| !order.contains(joint)) {
         let joint = &robot.joints[lost];
         let message = format!("joint '{}' must not hang on its own child: a circle", joint.name);
         log.problem(Problem { place: joint.place.clone(), message });
         return None;
     }
     Some(order)
+}
+
+/// The joints that a root hangs on and that hang on it, each behind the one above it.
+fn outwards(robot: &Robot, above: Option<usize>, below: &[Vec<usize>], root: usize) -> Vec<usize> {
+    let mut order: Vec<usize> = above.into_iter().collect();
+    let mut waiting: Vec<usize> = below[root].iter().rev().copied().collect();
+    while let Some(joint) = waiting.pop() {
+        order.push(joint);
+        waiting.extend(below[robot.joints[joint].child].iter().rev());
+    }
+    order
 }
 
 /// Leaves out joints that close a loop, and all trees but the one with the most links, where a format

@@ -7,6 +7,7 @@ use crate::{
     compound,
     names::quoted,
     robot::{Inertial, Joint, Robot, Shape},
+    stand,
     xml::Log,
 };
 
@@ -166,30 +167,10 @@ fn take_in(robot: &mut Robot, link: usize, log: &Log) -> Taken {
     let above = robot.joint_above(link);
     let below: Vec<usize> =
         (0..robot.joints.len()).filter(|joint| robot.joints[*joint].parent == Some(link)).collect();
-    let is_fixed = |joint: &Joint| joint.axes.is_empty() && !joint.floats;
     if let Some(above) = above.filter(|it| is_fixed(&robot.joints[*it])) {
-        match robot.joints[above].parent {
-            Some(parent) => {
-                merge(robot, link, parent);
-                return Taken::Frame;
-            }
-            // The world's frame: what hangs on it hangs on the world.
-            None if below.len() == 1 && robot.links[link].shapes.is_empty() => {
-                robot.joints[below[0]].parent = None;
-                remove(robot, link);
-                return Taken::Frame;
-            }
-            None => return weighed(robot, link, log),
-        }
+        return take_into(robot, link, robot.joints[above].parent, &below, log);
     }
-    // The heaviest of what is fixed to it.
-    let fixed = below.iter().filter(|joint| is_fixed(&robot.joints[**joint]));
-    let mass =
-        |joint: usize| robot.links[robot.joints[joint].child].inertial.map_or(0.0, |it| it.mass_kg);
-    let heaviest =
-        fixed.copied().filter(|it| mass(*it) > 0.0).max_by(|a, b| mass(*a).total_cmp(&mass(*b)));
-    if let Some(joint) = heaviest {
-        let child = robot.joints[joint].child;
+    if let Some(child) = heaviest_fixed(robot, &below) {
         let (name, place) = (robot.links[child].name.clone(), robot.links[child].place.clone());
         merge(robot, child, link);
         let link = if child < link { link - 1 } else { link };
@@ -197,33 +178,60 @@ fn take_in(robot: &mut Robot, link: usize, log: &Log) -> Taken {
         robot.links[link].place = place;
         return Taken::Frame;
     }
-    if !robot.links[link].shapes.is_empty() || !robot.links[link].seen.is_empty() {
-        return weighed(robot, link, log);
-    }
+    let is_bare = robot.links[link].shapes.is_empty() && robot.links[link].seen.is_empty();
     match (above, below.as_slice()) {
-        (None, []) => weighed(robot, link, log),
-        // A root that nothing weighs is the world's.
-        (None, [only]) => {
-            robot.joints[*only].parent = None;
-            let name = robot.links[link].name.clone();
-            log.chose(
-                "a root that nothing weighs: the world's, so that the base is fixed",
-                &quoted(&name),
-            );
+        (None, below) => {
+            let what = "a root that nothing weighs: the world's, so that the base is fixed";
+            log.chose(what, &quoted(&robot.links[link].name));
+            if let ([only], true) = (below, is_bare) {
+                robot.joints[*only].parent = None;
+                remove(robot, link);
+                return Taken::Joined;
+            }
+            stand::fix(robot, link);
+            weighed(robot, link, log)
+        }
+        (Some(above), []) if is_bare => {
+            let place = robot.joints[above].place.clone();
+            log.left_out("an end that nothing weighs, with its joint", place);
             remove(robot, link);
             Taken::Joined
         }
-        (Some(above), []) => {
-            log.left_out(
-                "an end that nothing weighs, with its joint",
-                robot.joints[above].place.clone(),
-            );
-            remove(robot, link);
-            Taken::Joined
-        }
-        (Some(above), [only]) if joined(robot, above, *only) => Taken::Joined,
+        (Some(above), [only]) if is_bare && joined(robot, above, *only) => Taken::Joined,
         _ => weighed(robot, link, log),
     }
+}
+
+fn is_fixed(joint: &Joint) -> bool {
+    joint.axes.is_empty() && !joint.floats
+}
+
+/// A link that is fixed to another, or to the world.
+fn take_into(
+    robot: &mut Robot,
+    link: usize,
+    parent: Option<usize>,
+    below: &[usize],
+    log: &Log,
+) -> Taken {
+    match (parent, below) {
+        (Some(parent), _) => merge(robot, link, parent),
+        // The world's frame: what hangs on it hangs on the world.
+        (None, [only]) if robot.links[link].shapes.is_empty() => {
+            robot.joints[*only].parent = None;
+            remove(robot, link);
+        }
+        (None, _) => return weighed(robot, link, log),
+    }
+    Taken::Frame
+}
+
+/// The heaviest of the links that hang on one by joints that are fixed, if any weighs something.
+fn heaviest_fixed(robot: &Robot, below: &[usize]) -> Option<usize> {
+    let fixed = below.iter().map(|joint| &robot.joints[*joint]).filter(|joint| is_fixed(joint));
+    let mass = |link: usize| robot.links[link].inertial.map(|it| it.mass_kg);
+    let weighing = fixed.filter_map(|joint| Some((mass(joint.child)?, joint.child)));
+    weighing.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, child)| child)
 }
 
 /// Moves all that a link has into another, and its joints' ends; then it's gone, with the joint

@@ -235,14 +235,7 @@ impl<'a> Reader<'a> {
             body.children.iter().filter(|it| ["joint", "freejoint"].contains(&it.name.as_str()))
         {
             let whole = self.defaults.apply(element, &around.class, self.log);
-            // "fixed" is PyBullet's.
-            let types = ["free", "ball", "slide", "hinge", "fixed"];
-            let kind = match (element.name.as_str(), whole.has("type")) {
-                ("freejoint", _) => Some("free"),
-                (_, true) => whole.word("type", &types, self.log),
-                _ => Some("hinge"),
-            };
-            let Some(kind) = kind else { continue };
+            let Some(kind) = self.kind(&whole) else { continue };
             let name = whole.get("name").map(|name| format!("{name}{}", around.suffix));
             if let Some(name) = &name {
                 self.joints.insert(name.clone(), [index, joint.axes.len()]);
@@ -276,6 +269,16 @@ impl<'a> Reader<'a> {
             }
         }
         self.robot.joints.push(joint);
+    }
+
+    fn kind(&self, joint: &Element) -> Option<&'static str> {
+        // "fixed" is PyBullet's.
+        let types = ["free", "ball", "slide", "hinge", "fixed"];
+        match (joint.name.as_str(), joint.has("type")) {
+            ("freejoint", _) => Some("free"),
+            (_, true) => joint.word("type", &types, self.log),
+            _ => Some("hinge"),
+        }
     }
 
     fn axes(&self, joint: &Element, kind: &str, pose: &Isometry3<f64>) -> Vec<Axis> {

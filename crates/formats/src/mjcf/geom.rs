@@ -183,16 +183,9 @@ fn solid(
     }
     let mut sizes = geom.list("size", log).unwrap_or_default();
     let mut pose = compiler.pose(geom, log);
-    if let Some([a, b, c, d, e, f]) = geom.numbers("fromto", log) {
-        let (from, to) = (Vector3::new(a, b, c), Vector3::new(d, e, f));
-        // MuJoCo's z axis points from the second point to the first.
-        let Some(axis) = Unit::try_new(from - to, 1e-12) else {
-            let message = "fromto of <geom> must have two points, got the same twice".into();
-            log.problem(config::Problem { place: geom.place_of("fromto"), message });
-            return None;
-        };
-        pose = Isometry3::from_parts(((from + to) / 2.0).into(), from_z(&axis));
-        let half = (to - from).norm() / 2.0;
+    if let Some(points) = geom.numbers("fromto", log) {
+        let (middle, half) = from_to(geom, points, log)?;
+        pose = middle;
         let radius = sizes.first().copied().unwrap_or_default();
         sizes = match kind {
             "box" | "ellipsoid" => vec![radius, radius, half],
@@ -218,6 +211,23 @@ fn solid(
         _ => Solid::Ellipsoid(Vector3::new(sizes[0], sizes[1], sizes[2])),
     };
     Some((solid, pose))
+}
+
+/// The pose of what reaches from one point to another along its z axis, and half its length.
+fn from_to(
+    geom: &Element,
+    [a, b, c, d, e, f]: [f64; 6],
+    log: &Log,
+) -> Option<(Isometry3<f64>, f64)> {
+    let (from, to) = (Vector3::new(a, b, c), Vector3::new(d, e, f));
+    // MuJoCo's z axis points from the second point to the first.
+    let Some(axis) = Unit::try_new(from - to, 1e-12) else {
+        let message = "fromto of <geom> must have two points, got the same twice".into();
+        log.problem(config::Problem { place: geom.place_of("fromto"), message });
+        return None;
+    };
+    let pose = Isometry3::from_parts(((from + to) / 2.0).into(), from_z(&axis));
+    Some((pose, (to - from).norm() / 2.0))
 }
 
 /// A mesh of `<asset>`, found by its name, which is its file's where it has none.
