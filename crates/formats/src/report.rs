@@ -104,8 +104,9 @@ impl fmt::Display for Report {
             line => format!("line {line} of {}", file_name(&place.source)),
         };
         let left = |list: &[LeftOut]| {
-            let row =
-                |it: &LeftOut| vec![it.element.clone(), it.count.to_string(), place(&it.place)];
+            let row = |it: &LeftOut| {
+                vec![it.element.clone(), it.count.to_string(), place(&it.place), it.why.clone()]
+            };
             list.iter().map(row).collect::<Vec<_>>()
         };
         let carried = self.carried.iter().map(|(what, value)| vec![what.clone(), value.clone()]);

@@ -187,8 +187,8 @@ fn includes_end() {
     fs::write(at("round.xml"), format!("<mujoco>{body}<include file=\"round.xml\"/></mujoco>"))
         .unwrap();
     for (name, message) in [
-        ("0.xml", "29.xml:1:41: file of <include> must not be included again"),
-        ("round.xml", "round.xml:1:83: file of <include> must not be included again"),
+        ("0.xml", "29.xml:1:48: file of <include> must not be included again"),
+        ("round.xml", "round.xml:1:76: file of <include> must not be included again"),
     ] {
         let problems = formats::import(&at(name), &Options::default()).unwrap_err().to_string();
         assert!(problems.contains(message), "{problems}");

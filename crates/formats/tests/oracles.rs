@@ -180,6 +180,11 @@ fn compare(which: &str, ending: &str) {
         };
         compared += 1;
         let robot = &imported.written;
+        let mut moved = robot.clone();
+        moved.links[0].pose.translation.vector.x += 1e-3;
+        let sees =
+            moved.links[0].inertial.is_none() || !differences(&moved, &bodies, &axes).is_empty();
+        assert!(sees, "{name}: a millimetre isn't seen");
         let mut found = differences(robot, &bodies, &axes);
         let whole =
             imported.report.left_out.iter().all(|it| !it.element.starts_with("a body that"));

@@ -2,7 +2,10 @@
 //!
 //! Each file is included once, as MuJoCo has it, so that a model is never longer than its files.
 
-use std::{collections::BTreeSet, path::PathBuf};
+use std::{
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+};
 
 use config::Problem;
 
@@ -19,8 +22,10 @@ pub(super) struct Includer<'a> {
 }
 
 impl<'a> Includer<'a> {
-    pub(super) fn new(files: &'a Files, log: &'a Log) -> Self {
-        Self { files, log, seen: BTreeSet::new(), bytes: 0 }
+    /// For a model's own file, which must not be included either.
+    pub(super) fn new(root: &Element, files: &'a Files, log: &'a Log) -> Self {
+        let own = Path::new(&*root.place().source).canonicalize();
+        Self { files, log, seen: own.into_iter().collect(), bytes: 0 }
     }
 
     /// The element with all that it includes.

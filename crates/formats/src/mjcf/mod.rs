@@ -27,7 +27,8 @@ use crate::{
 };
 
 pub(crate) fn read(root: Element, files: &Files, log: &Log) -> Option<Robot> {
-    let root = Includer::new(files, log).expand(root);
+    let mut includer = Includer::new(&root, files, log);
+    let root = includer.expand(root);
     log.result().ok()?;
     let compiler = Compiler::read(&root, log);
     let defaults = Defaults::read(&root, log);
