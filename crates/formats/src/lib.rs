@@ -24,11 +24,11 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | [`xml`], [`files`], [`mesh`] | files read, within limits |
-//! | [`urdf`], [`mjcf`], [`sdf`], [`rosiml`] | one format each, into a [`Robot`] |
-//! | [`robot`], [`solid`] | what all have in common |
-//! | [`tree`], [`weight`], [`shapes`], [`ranges`], [`compound`], [`stand`], [`names`], [`motors`] | what a model file needs, step by step |
-//! | [`write`](mod@write), [`report`] | the text, and the account |
+//! | `xml`, `files`, `mesh` | files read, within limits |
+//! | `urdf`, `mjcf`, `sdf`, `rosiml` | one format each, into a [`Robot`] |
+//! | `robot`, `solid` | what all have in common |
+//! | `tree`, `weight`, `shapes`, `ranges`, `compound`, `stand`, `names`, `motors` | what a model file needs, step by step |
+//! | `write`, `report` | the text, and the account |
 //!
 //! What always holds: a file gives the same text, whatever the machine. A problem names its file, line
 //! and column, of an included file, too. No file leads to a panic, or to files outside its folder.

@@ -75,7 +75,7 @@ pub(crate) fn check_bounds(robot: &Robot, log: &Log) {
     let refuse = |place: &config::Place, message: String| {
         log.problem(config::Problem { place: place.clone(), message });
     };
-    let frames: Vec<_> = robot.links.iter().map(|link| principal_frame(link)).collect();
+    let frames: Vec<_> = robot.links.iter().map(principal_frame).collect();
     for (link, frame) in robot.links.iter().zip(&frames) {
         let Some((frame, moments)) = frame else { continue };
         let far = frame.translation.vector.amax();

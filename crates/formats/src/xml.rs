@@ -125,6 +125,10 @@ pub(crate) fn parse(source: &str, text: String) -> Result<Element, Problems> {
     // A byte order mark isn't a character of the text.
     let text = text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text);
     let mut lines = Lines::new(source, text);
+    if let Some(at) = crowded_element(&lines.text) {
+        let message = format!("at most {MOST_ATTRIBUTES} attributes expected, got more");
+        return Err(Problems::one(lines.place(at), message));
+    }
     for _ in 0..MOST_PREFIXES {
         let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
         let prefix = match Document::parse_with_options(&lines.text, options) {
@@ -145,14 +149,43 @@ pub(crate) fn parse(source: &str, text: String) -> Result<Element, Problems> {
     Err(Problems::one(lines.place(0), message))
 }
 
+/// Where an element begins that has too many attributes. The parser compares each with all others.
+fn crowded_element(text: &str) -> Option<usize> {
+    let mut at = 0;
+    while let Some(start) = text[at..].find('<').map(|found| at + found) {
+        let rest = &text[start..];
+        // Text that isn't an element's may have any number of these signs in it.
+        let other = [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>")];
+        if let Some((opening, closing)) = other.iter().find(|(it, _)| rest.starts_with(it)) {
+            let end = rest[opening.len()..].find(closing)?;
+            at = start + opening.len() + end + closing.len();
+            continue;
+        }
+        let (mut quote, mut attributes, mut end) = (None, 0, rest.len());
+        for (i, c) in rest.char_indices().skip(1) {
+            match (quote, c) {
+                (None, '>' | '<') => {
+                    end = i;
+                    break;
+                }
+                (None, '=') => attributes += 1,
+                (None, '"' | '\'') => quote = Some(c),
+                (Some(open), c) if open == c => quote = None,
+                _ => {}
+            }
+        }
+        if attributes > MOST_ATTRIBUTES {
+            return Some(start);
+        }
+        at = start + end;
+    }
+    None
+}
+
 fn element(node: Node<'_, '_>, lines: &Rc<Lines>, depth: usize) -> Result<Element, Problems> {
     let at = node.range().start;
     if depth > DEEPEST {
         let message = format!("at most {DEEPEST} elements in each other expected, got more");
-        return Err(Problems::one(lines.place(at), message));
-    }
-    if node.attributes().len() > MOST_ATTRIBUTES {
-        let message = format!("at most {MOST_ATTRIBUTES} attributes expected, got more");
         return Err(Problems::one(lines.place(at), message));
     }
     let written = &lines.text[at + 1..];

@@ -114,7 +114,7 @@ fn merged(own: &[Attribute], defaults: &[Attribute]) -> Vec<Attribute> {
     let turned = own.iter().any(is_orientation);
     let left = defaults.iter().filter(|default| {
         let named = own.iter().any(|it| it.name == default.name);
-        !named && !(turned && is_orientation(default))
+        !(named || turned && is_orientation(default))
     });
     own.iter().chain(left).cloned().collect()
 }

@@ -115,7 +115,7 @@ impl Geom {
 }
 
 fn size_text(geom: &Element) -> String {
-    geom.get("size").map_or("none".into(), |size| config::shown(size))
+    geom.get("size").map_or("none".into(), config::shown)
 }
 
 /// What it weighs; `None` if that's nothing.
