@@ -13,7 +13,7 @@ ESBUILD := esbuild@0.28.2
 ASAN_SEQUENCES ?= 5000
 VALGRIND_SEQUENCES ?= 1500
 
-.PHONY: help demo test docs crash-test workers-test cluster-test examples-test dist dist-test \
+.PHONY: help demo test docs crash-test import-oracles workers-test cluster-test examples-test dist dist-test \
   lockstep-test verify-lockstep lint bench bench-mujoco asan valgrind three setup
 
 help:
@@ -28,6 +28,7 @@ help:
 	@echo "make dist-test that archive in an empty root and in an older Debian (as root)"
 	@echo "make lockstep-test  lanes against Bullet's own solver, longer than in make test"
 	@echo "make verify-lockstep  the same with Svenja, 100,000 steps a lane (half an hour or more)"
+	@echo "make import-oracles  imported robots against MuJoCo and PyBullet (needs python3-venv)"
 	@echo "make lint      formatting and clippy, as strict as CI"
 	@echo "make bench     what things cost, beside plain code that does the same"
 	@echo "make bench-mujoco  a physics step of Svenja beside MuJoCo's"
@@ -87,6 +88,14 @@ dist-test: PACKAGES += debootstrap
 dist-test: dist
 	test -e $(OLDER)/etc/debian_version || debootstrap --variant=minbase bullseye $(OLDER)
 	dist/test.sh target/release/itarl $(ARCHIVE) $(OLDER)
+
+# What others make of the same files. They're installed in a folder of their own, from PyPI.
+ORACLES := target/oracles
+import-oracles: PACKAGES += python3-venv
+import-oracles: setup
+	test -x $(ORACLES)/bin/pip || python3 -m venv $(ORACLES)
+	$(ORACLES)/bin/pip install --quiet mujoco pybullet
+	cargo test -p formats --test oracles -- --nocapture
 
 # Every model for 20 s of its life, random robots and scenes by the thousand, in both precisions.
 lockstep-test: setup

@@ -1,4 +1,6 @@
 // Rigid bodies: adding, moving, pushing, reading.
+#include <algorithm>
+
 #include "state.h"
 #include "world.h"
 
@@ -34,6 +36,12 @@ void wake_neighbours(State& state, const btRigidBody& body) {
 }
 
 }  // namespace
+
+void forget_contacts(State& state, btRigidBody& a, btRigidBody& b) {
+  btOverlappingPairCache& cache = *state.broadphase.getOverlappingPairCache();
+  btBroadphasePair* pair = cache.findPair(a.getBroadphaseProxy(), b.getBroadphaseProxy());
+  if (pair) cache.cleanOverlappingPair(*pair, &state.dispatcher);
+}
 
 BodyId World::add_body(const BodySpec& spec) {
   const Call call{"add_body"};
@@ -106,10 +114,39 @@ void World::remove_body(BodyId id) {
                 "body " + std::to_string(id.slot) + ", which has " + std::to_string(entry.joints));
   }
   wake_neighbours(state, *entry.body);
+  // Bullet compares addresses, of which a later body may have this one's.
+  for (BodyEntry* other : entry.apart) {
+    other->body->setIgnoreCollisionCheck(entry.body.get(), false);
+    other->apart.erase(std::find(other->apart.begin(), other->apart.end(), &entry));
+  }
   state.world.removeRigidBody(entry.body.get());
   --state.shapes[entry.shape]->users;
   --state.live_bodies;
   state.bodies[id.slot].reset();
+  state.restructure();
+}
+
+// A joint between them keeps them apart as well; Bullet counts how often it's told.
+void World::keep_apart(BodyId a, BodyId b) {
+  const Call call{"keep_apart"};
+  State& state = *state_;
+  BodyEntry& one = state.body(call, "a", a);
+  BodyEntry& other = state.body(call, "b", b);
+  if (&one == &other) {
+    call.refuse("b", "another body than a", "body " + std::to_string(b.slot));
+  }
+  if (std::find(one.apart.begin(), one.apart.end(), &other) != one.apart.end()) {
+    call.refuse("b", "a body that isn't kept apart from a already",
+                "body " + std::to_string(b.slot));
+  }
+  one.apart.reserve(one.apart.size() + 1);
+  other.apart.reserve(other.apart.size() + 1);
+  wake_neighbours(state, *one.body);
+  one.body->setIgnoreCollisionCheck(other.body.get(), true);
+  other.body->setIgnoreCollisionCheck(one.body.get(), true);
+  one.apart.push_back(&other);
+  other.apart.push_back(&one);
+  forget_contacts(state, *one.body, *other.body);
   state.restructure();
 }
 

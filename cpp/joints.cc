@@ -320,14 +320,6 @@ JointState read_joint(const JointEntry& entry) {
   return to;
 }
 
-// Bullet would keep the contact points that two bodies have when their collisions are switched
-// off, and go on solving them as they are.
-void forget_contacts(State& state, btRigidBody& a, btRigidBody& b) {
-  btOverlappingPairCache& cache = *state.broadphase.getOverlappingPairCache();
-  btBroadphasePair* pair = cache.findPair(a.getBroadphaseProxy(), b.getBroadphaseProxy());
-  if (pair) cache.cleanOverlappingPair(*pair, &state.dispatcher);
-}
-
 }  // namespace
 
 JointId World::add_joint(const JointSpec& spec) {

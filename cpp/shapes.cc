@@ -29,6 +29,43 @@ class Hull final : public btConvexHullShape {
   }
 };
 
+// Bullet has no ellipsoid: its spheres can't be stretched, and of several as one the farthest point
+// is wrong once they are. Here it's exact: along d that of x^2/a^2 + y^2/b^2 + z^2/c^2 = 1 is a^2 d
+// over |a d|, with the radii a.
+class Ellipsoid final : public btConvexInternalShape {
+ public:
+  explicit Ellipsoid(const btVector3& radii) : radii_(radii) {
+    m_shapeType = CUSTOM_CONVEX_SHAPE_TYPE;
+    setMargin(0);
+  }
+  const char* getName() const override { return "Ellipsoid"; }
+  btVector3 localGetSupportingVertexWithoutMargin(const btVector3& direction) const override {
+    const btVector3 stretched = radii_ * direction;
+    const btScalar length = stretched.length();
+    // False for NaN, too.
+    if (!(length > 0)) return btVector3(radii_.x(), 0, 0);
+    return radii_ * (stretched / length);
+  }
+  btVector3 localGetSupportingVertex(const btVector3& direction) const override {
+    return localGetSupportingVertexWithoutMargin(direction);
+  }
+  void batchedUnitVectorGetSupportingVertexWithoutMargin(const btVector3* directions,
+                                                         btVector3* points,
+                                                         int count) const override {
+    for (int i = 0; i < count; ++i) {
+      points[i] = localGetSupportingVertexWithoutMargin(directions[i]);
+    }
+  }
+  void calculateLocalInertia(btScalar mass, btVector3& inertia) const override {
+    const btVector3 squares = radii_ * radii_ * (mass / 5);
+    inertia.setValue(squares.y() + squares.z(), squares.x() + squares.z(),
+                     squares.x() + squares.y());
+  }
+
+ private:
+  btVector3 radii_;
+};
+
 ShapeId keep(State& state, ShapeEntry entry) {
   state.shapes.push_back(std::make_unique<ShapeEntry>(std::move(entry)));
   return ShapeId{static_cast<std::uint32_t>(state.shapes.size() - 1)};
@@ -56,6 +93,8 @@ std::unique_ptr<btCollisionShape> make_primitive(const Call& call, const Primiti
           call.sizes("box.half_extents", {size[0], size[1], size[2]}));
     case Primitive::Sphere:
       return std::make_unique<btSphereShape>(call.size("sphere.radius", size[0]));
+    case Primitive::Ellipsoid:
+      return std::make_unique<Ellipsoid>(call.sizes("ellipsoid.radii", {size[0], size[1], size[2]}));
     case Primitive::Capsule: {
       const auto [radius, length] = round("capsule");
       if (spec.axis == 0) return std::make_unique<btCapsuleShapeX>(radius, length);
@@ -153,7 +192,7 @@ ShapeId World::add_compound(rust::Slice<const CompoundChild> children) {
     const std::string name = "compound.children[" + std::to_string(i) + "]";
     const ShapeEntry& child = state_->shape(call, name, children[i].shape);
     if (!child.solid || !child.children.empty()) {
-      call.refuse(name, "a box, sphere, capsule, cylinder or hull",
+      call.refuse(name, "a box, sphere, capsule, cylinder, ellipsoid or hull",
                   child.shape->getName() + std::string(" (shape ") +
                       std::to_string(children[i].shape.slot) + ")");
     }

@@ -47,6 +47,7 @@ struct BodyEntry {
   std::uint32_t shape = 0;
   Motion motion = Motion::Static;
   int joints = 0;
+  std::vector<BodyEntry*> apart;  // those that it never collides with, joints or not
 };
 
 struct JointEntry {
@@ -107,6 +108,10 @@ struct State {
   BodyEntry& body(const Call& call, std::string_view argument, BodyId id) const;
   JointEntry& joint(const Call& call, std::string_view argument, JointId id) const;
 };
+
+// Has Bullet forget the contact points that two bodies have: it would go on solving them as they are
+// when their collisions are switched off.
+void forget_contacts(State& state, btRigidBody& a, btRigidBody& b);
 
 // Counts a step that was made, and throws if the state stopped being finite in it.
 void check_step(State& state);

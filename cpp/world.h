@@ -46,6 +46,7 @@ class World {
   // bodies.cc
   BodyId add_body(const BodySpec& spec);
   void remove_body(BodyId id);
+  void keep_apart(BodyId a, BodyId b);
   void set_pose(BodyId id, const Pose& pose);
   void set_velocity(BodyId id, std::array<double, 3> linear, std::array<double, 3> angular);
   void push(BodyId id, Push kind, std::array<double, 3> vector, bool has_point,

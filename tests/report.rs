@@ -227,6 +227,22 @@ fn names_are_text_wherever_they_stand() {
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }
 
+/// The robot of docs/formats.md, which has shapes of all kinds, several in a body and none.
+#[test]
+fn shapes_of_all_kinds_are_drawn() {
+    let page = fs::read_to_string(root().join("docs/formats.md")).unwrap();
+    let snippets = page.split("```toml\n").skip(2).map(|rest| rest.split_once("```").unwrap().0);
+    let folder = tempfile::tempdir().unwrap();
+    let model = folder.path().join("robot.toml");
+    fs::write(&model, snippets.collect::<String>()).unwrap();
+    let page = folder.path().join("robot.html");
+    itarl(&["replay", text(&model), "--steps", "5", "--html", text(&page)]).ends(DONE);
+    let mut browser = Browser::start(true);
+    browser.open(&page);
+    assert!(n_colours(&browser.pixels(STAGE)) > 300);
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
 #[test]
 fn damaged_cells_are_named_and_the_rest_is_shown() {
     let (_folder, run) = reported(&[]);

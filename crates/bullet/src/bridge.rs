@@ -145,6 +145,8 @@ pub mod ffi {
         Capsule,
         /// size: radius; length; -; -
         Cylinder,
+        /// size: radii x, y, z; -
+        Ellipsoid,
     }
 
     #[derive(Clone, Copy, Debug, Serialize)]
@@ -326,6 +328,8 @@ pub mod ffi {
             has_point: bool,
             point: [f64; 3],
         ) -> Result<()>;
+
+        fn keep_apart(self: Pin<&mut World>, a: BodyId, b: BodyId) -> Result<()>;
 
         fn add_joint(self: Pin<&mut World>, spec: &JointSpec) -> Result<JointId>;
         fn remove_joint(self: Pin<&mut World>, id: JointId) -> Result<()>;

@@ -40,6 +40,11 @@ pub enum Shape {
         /// In m.
         radius: f64,
     },
+    /// A ball that is stretched along its axes.
+    Ellipsoid {
+        /// Half its size along x, y and z.
+        radii: Vector3<f64>,
+    },
     /// A cylinder with half balls at its ends. Its inertia, if not given, is that of its bounding
     /// box: about its length that's a third too much, or more.
     Capsule {
@@ -67,7 +72,7 @@ pub enum Shape {
         /// Bullet rounds a hull by this radius, outside of it; its own default is 0.04 m.
         margin: f64,
     },
-    /// Up to 256 boxes, spheres, capsules, cylinders or hulls that move as one. Its inertia, if
+    /// Up to 256 boxes, spheres, capsules, cylinders, ellipsoids or hulls that move as one. Its inertia, if
     /// not given, is that of its bounding box.
     Compound {
         /// Each shape with its pose in the compound's frame.
@@ -98,6 +103,9 @@ impl Shape {
             }
             Self::Box { half_extents: h } => primitive(Primitive::Box, [h.x, h.y, h.z, 0.0], 0),
             Self::Sphere { radius } => primitive(Primitive::Sphere, [*radius, 0.0, 0.0, 0.0], 0),
+            Self::Ellipsoid { radii: r } => {
+                primitive(Primitive::Ellipsoid, [r.x, r.y, r.z, 0.0], 0)
+            }
             Self::Capsule { radius, length, along } => {
                 primitive(Primitive::Capsule, [*radius, *length, 0.0, 0.0], *along as u8)
             }

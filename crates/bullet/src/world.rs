@@ -73,6 +73,17 @@ impl World {
         Ok(())
     }
 
+    /// Lets two bodies never collide with each other, whatever their filters say: for as long as both
+    /// are in the world.
+    ///
+    /// # Errors
+    /// A body that isn't there; twice the same; two that are kept apart already.
+    pub fn keep_apart(&mut self, a: BodyId, b: BodyId) -> Result<(), Error> {
+        self.inner.pin_mut().keep_apart(a, b)?;
+        self.record("keep apart", &(a, b));
+        Ok(())
+    }
+
     /// Adds a joint between two bodies, of which at least one is dynamic.
     pub fn add_joint(&mut self, joint: &Joint) -> Result<JointId, Error> {
         let spec = joint.to_spec();

@@ -148,6 +148,32 @@ fn continues_after_bodies_and_joints_were_removed() {
 }
 
 #[test]
+fn continues_with_bodies_that_are_kept_apart_and_with_ellipsoids() {
+    let build = |apart: bool| {
+        let mut playground = Playground::new(&settings());
+        let world = &mut playground.world;
+        let shape = Shape::Ellipsoid { radii: nalgebra::Vector3::new(0.3, 0.2, 0.25) };
+        let shape = world.add_shape(&shape).unwrap();
+        let bodies = [0.3, 0.5, 0.7].map(|z| {
+            let pose = Isometry3::translation(-3.0, 0.01 * z, z);
+            world.add_body(&Body::dynamic(shape, 1.0, pose)).unwrap()
+        });
+        if apart {
+            world.keep_apart(bodies[0], bodies[1]).unwrap();
+        }
+        playground
+    };
+    let mut world = build(true);
+    world.run(70);
+    let bytes = snapshot_of(&mut world.world);
+    let refused = build(false).world.restore(&bytes);
+    assert_eq!(refused, Err(Error::Snapshot(SnapshotError::OtherWorld)), "not kept apart");
+    let mut fresh = build(true);
+    fresh.world.restore(&bytes).unwrap();
+    assert_same(&trajectory(&mut fresh, 60), &trajectory(&mut world, 60), "kept apart");
+}
+
+#[test]
 fn refuses_a_world_that_was_built_differently() {
     let build = |mass, friction| {
         let mut world = World::new(&settings()).unwrap();

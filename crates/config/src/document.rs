@@ -24,26 +24,7 @@ pub struct Document {
 impl Document {
     /// Reads and parses a file; problems name it as it's given here.
     pub fn open(path: &Path) -> Result<Self, Problems> {
-        let source = path.display().to_string();
-        let bytes = read_bytes(path).map_err(|error| {
-            Problems::one(Place::whole(&source), format!("can't be read: {error}"))
-        })?;
-        // Before its size and its letters, which may be wrong because of what it is.
-        refuse_foreign(&source, without_mark(&String::from_utf8_lossy(&bytes)))?;
-        if bytes.len() as u64 > LARGEST_FILE {
-            let place = Place { source: source.as_str().into(), line: 1, column: 1 };
-            return Err(Problems::one(place, "a TOML file of at most 1 MiB expected, got more"));
-        }
-        match str::from_utf8(&bytes) {
-            Ok(text) => Self::parse(&source, text),
-            Err(error) => {
-                let (good, bad) = bytes.split_at(error.valid_up_to());
-                let good = String::from_utf8_lossy(good);
-                let place = Lines::new(&source, &good).place(good.len());
-                let message = format!("text in UTF-8 expected, got the byte 0x{:02x}", bad[0]);
-                Err(Problems::one(place, message))
-            }
-        }
+        Self::parse(&path.display().to_string(), &read_text(path)?)
     }
 
     /// Parses a text; problems name it `source`.
@@ -201,6 +182,29 @@ fn find<'a, S: AsRef<str>>(root: &'a Node, path: &[S]) -> Option<&'a Node> {
             entries.iter().find(|(key, _)| key.name == name.as_ref()).map(|(_, node)| node)
         }
         _ => None,
+    })
+}
+
+/// A file's text, if it can be TOML; problems name the file as it's given here.
+///
+/// # Errors
+/// What can't be read, is larger than [`LARGEST_FILE`], isn't text, or is in another format.
+pub fn read_text(path: &Path) -> Result<String, Problems> {
+    let source = path.display().to_string();
+    let bytes = read_bytes(path)
+        .map_err(|error| Problems::one(Place::whole(&source), format!("can't be read: {error}")))?;
+    // Before its size and its letters, which may be wrong because of what it is.
+    refuse_foreign(&source, without_mark(&String::from_utf8_lossy(&bytes)))?;
+    if bytes.len() as u64 > LARGEST_FILE {
+        let place = Place { source: source.as_str().into(), line: 1, column: 1 };
+        return Err(Problems::one(place, "a TOML file of at most 1 MiB expected, got more"));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let (good, bad) = error.as_bytes().split_at(error.utf8_error().valid_up_to());
+        let good = String::from_utf8_lossy(good);
+        let place = Lines::new(&source, &good).place(good.len());
+        let message = format!("text in UTF-8 expected, got the byte 0x{:02x}", bad[0]);
+        Problems::one(place, message)
     })
 }
 

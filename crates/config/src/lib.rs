@@ -43,7 +43,7 @@ mod setting;
 mod value;
 
 pub use compound::{Placed, list, or_false, or_word, placed, vector};
-pub use document::{Document, LARGEST_FILE};
+pub use document::{Document, LARGEST_FILE, read_text};
 pub use problem::{MOST_PROBLEMS, Place, Problem, Problems};
 pub use rule::{
     Mismatch, Rule, above, angle_deg, at_least, count, flag, integer, name, number, one_of, text,

@@ -149,7 +149,7 @@ setting's best and median cell. What reads a run reads it, too.")]
 
 The page, pictures and films need no display and no GPU where they're made.")]
     Replay(Replay),
-    /// Check or show model files
+    /// Check, show or import model files
     #[command(subcommand)]
     Model(Model),
     /// Measure the training loop on one core, in lanes and with Bullet's own solver by turns
@@ -491,6 +491,15 @@ pub enum Model {
         #[arg(required = true, value_hint = ValueHint::FilePath)]
         files: Vec<PathBuf>,
     },
+    /// Make a model file of a robot in URDF, MJCF, SDF or RoSiML, and say what became of what
+    #[command(after_help = "Examples:
+  itarl model import go2.urdf                        # go2.toml, here
+  itarl model import urdf/anymal.urdf -o anymal.toml --package anymal_description=.
+  itarl model import ant.xml --feet ankle_1,ankle_2,ankle_3,ankle_4 --strict
+
+Meshes are copied into a folder beside the model file. An experiment takes such a robot directly, too:
+model = \"go2.urdf\" is imported when the run begins.")]
+    Import(Import),
     /// Show model files as tables: bodies, joints, sensors, actuators
     #[command(after_help = "Example:
   itarl model show models/svenja.toml")]
@@ -502,6 +511,47 @@ pub enum Model {
         #[command(flatten)]
         print: Print,
     },
+}
+
+/// The arguments of `itarl model import`.
+#[derive(Debug, Args)]
+pub struct Import {
+    /// The robot's file; its root element tells the format
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub file: PathBuf,
+    /// The model file to write [default: NAME.toml for NAME.urdf, here]
+    #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub out: Option<PathBuf>,
+    /// Where a ROS package is, for package://NAME/...; files in DIR may then be opened
+    #[arg(long = "package", value_name = "NAME=DIR", value_parser = package)]
+    pub packages: Vec<(String, PathBuf)>,
+    /// Whether the base is free or fixed to the world [default: as in the file]
+    #[arg(long, value_enum)]
+    pub base: Option<Base>,
+    /// The bodies that are feet [default: by their names, or the lowest bodies of limbs]
+    #[arg(long, value_name = "BODY,...", value_delimiter = ',')]
+    pub feet: Option<Vec<String>>,
+    /// Fail if anything of the robot is left out
+    #[arg(long)]
+    pub strict: bool,
+}
+
+/// How a robot is held.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Base {
+    /// It can fall
+    Free,
+    /// Its root is fixed to the world
+    Fixed,
+}
+
+fn package(text: &str) -> Result<(String, PathBuf), String> {
+    match text.split_once('=') {
+        Some((name, folder)) if !name.is_empty() && !folder.is_empty() => {
+            Ok((name.into(), folder.into()))
+        }
+        _ => Err(format!("NAME=DIR expected, got {text}")),
+    }
 }
 
 /// The arguments of `itarl bench`.

@@ -1,21 +1,53 @@
-//! The robots of experiments and of runs: models found and read, with what an experiment changes of
-//! them.
+//! The robots of experiments and of runs: models found and read, in whatever format they are, with what
+//! an experiment changes of them; and a run's copies of them.
 
 use std::path::Path;
 
 use anyhow::Context;
 use config::{Document, Problems};
+use formats::{Imported, Options};
 use runs::Run;
 use svenja::Morphology;
 
 use crate::experiment::{Experiment, RobotSettings, absolute};
+
+/// The text of a model file, or what a robot in another format is imported as.
+///
+/// # Errors
+/// A file that can't be read, or imported.
+fn text(path: &Path) -> Result<String, Problems> {
+    if formats::is_foreign(path) {
+        let Imported { text, .. } = formats::import(path, &Options::default())?;
+        return Ok(text);
+    }
+    config::read_text(path)
+}
+
+/// A model as its file has it.
+///
+/// # Errors
+/// All that is wrong with it.
+pub(crate) fn open_model(path: &Path) -> Result<Morphology, Problems> {
+    Morphology::parse(&path.display().to_string(), &text(path)?)
+}
+
+/// The text of a model's copy, which needs no other files.
+///
+/// # Errors
+/// All that is wrong with the model.
+pub(crate) fn copied(path: &Path) -> Result<String, Problems> {
+    let text = text(path)?;
+    let meshes = Morphology::parse(&path.display().to_string(), &text)?.meshes_as_text();
+    Ok(text + &meshes)
+}
 
 /// The robot of an experiment.
 ///
 /// # Errors
 /// All that is wrong with its file, or with what the experiment changes of it.
 pub(crate) fn open(experiment: &Experiment) -> Result<Morphology, Problems> {
-    changed(Document::open(Path::new(&experiment.model))?, &experiment.robot)
+    let path = Path::new(&experiment.model);
+    changed(path, &text(path)?, &experiment.robot)
 }
 
 /// What tells an experiment's robot from others.
@@ -34,11 +66,11 @@ pub(crate) fn paths(run: &Run) -> Vec<String> {
 /// A copy that isn't what the run was made with.
 pub(crate) fn read(run: &Run, index: usize, robot: &RobotSettings) -> anyhow::Result<Morphology> {
     let model = run.manifest().models.get(index).context("no such model in manifest.json")?;
-    let source = run.model_path(&model.file).display().to_string();
-    Ok(changed(Document::parse(&source, &run.model(model)?)?, robot)?)
+    Ok(changed(&run.model_path(&model.file), &run.model(model)?, robot)?)
 }
 
-fn changed(mut model: Document, robot: &RobotSettings) -> Result<Morphology, Problems> {
+fn changed(path: &Path, text: &str, robot: &RobotSettings) -> Result<Morphology, Problems> {
+    let mut model = Document::parse(&path.display().to_string(), text)?;
     robot.change(&mut model)?;
-    Morphology::read(&model)
+    Morphology::read(&model, path)
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
 use runs::Recording;
-use svenja::{Morphology, Shape, centre_of_gravity_m};
+use svenja::{Morphology, centre_of_gravity_m};
 
 use crate::Error;
 
@@ -131,13 +131,7 @@ impl Clip {
         let bodies = self.morphology.bodies().iter().enumerate();
         let reach = bodies.map(|(i, body)| {
             let away = (self.pose(0, i).translation.vector - centre.coords).norm();
-            away + match &body.shape {
-                Shape::Box { half_extents_m } => half_extents_m.norm(),
-                Shape::Sphere { radius_m } => *radius_m,
-                Shape::Capsule(rod) | Shape::Cylinder(rod) => {
-                    rod.radius_m + rod.from_m.coords.norm().max(rod.to_m.coords.norm())
-                }
-            }
+            away + body.reach_m()
         });
         reach.fold(0.1, f64::max)
     }

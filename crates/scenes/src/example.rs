@@ -1,12 +1,13 @@
 //! A small made-up clip for tests: a block that slides along +y by 0.1 m a frame, with a ball before
 //! it and a rod behind.
 
+use nalgebra::Point3;
 use runs::{Layout, Recording};
-use svenja::Morphology;
+use svenja::{Hull, Morphology};
 
 use super::{Clip, Task};
 
-const MODEL: &str = r##"
+pub(super) const MODEL: &str = r##"
 name = "Slider"
 heading = { body = "block", axis = [0.0, 1.0, 0.0] }
 feet = ["ball"]
@@ -93,4 +94,11 @@ pub(super) fn recording(n_steps: usize) -> Recording {
 
 pub(super) fn clip(n_steps: usize) -> Clip {
     Clip::new("a title".into(), TASK, morphology(), recording(n_steps)).unwrap()
+}
+
+/// On a square of 0.2 m, 0.6 m high; its volume is 0.008 m³.
+pub(super) fn pyramid() -> Hull {
+    let corners =
+        [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [0.3, 0.2, 6.0]];
+    Hull::around(&corners.map(|corner| Point3::from(corner) * 0.1)).unwrap()
 }

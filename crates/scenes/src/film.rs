@@ -9,6 +9,7 @@ use std::{
 };
 
 use nalgebra::{Point3, Vector3};
+use svenja::Collider;
 
 use super::{
     Clip, Error,
@@ -90,13 +91,15 @@ impl<'a> Film<'a> {
     fn scene(&self, frame: usize, view: &Vector3<f64>) -> Result<Scene, Error> {
         let morphology = self.clip.morphology();
         let bodies = morphology.bodies().iter().enumerate();
-        let solids = bodies.map(|(i, body)| {
+        let solids = bodies.flat_map(|(i, body)| {
             let (colour, glow) = match self.clip.touches(frame, i) {
                 true if morphology.penalised().contains(&i) => (PENALISED, 0.3),
                 true => (CONTACT, 0.3),
                 false => (body.colour, 0.0),
             };
-            Solid::new(&body.shape, &self.clip.pose(frame, i), colour, glow)
+            let pose = self.clip.pose(frame, i);
+            let solid = move |it: &Collider| Solid::new(&it.shape, &(pose * it.pose), colour, glow);
+            body.colliders.iter().map(solid)
         });
         let solids = solids.collect();
         let centre = self.path[frame];

@@ -4,22 +4,18 @@
 //! translation and a rotation of each at every recorded frame. All are children of one node that
 //! turns z up into glTF's y up, so positions in the file are those of the recording, in m.
 
-use std::f64::consts::TAU;
-
-use nalgebra::{Point3, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
-use svenja::{Body, Rod, Shape};
+use svenja::Body;
 
-use super::{Clip, Error};
+use super::{
+    Clip, Error,
+    mesh::{Corner, Mesh},
+};
 
 const FLOAT: u32 = 5126;
 const UNSIGNED_SHORT: u32 = 5123;
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
-
-/// Corners around what is round, and from an equator to a pole.
-const AROUND: u16 = 32;
-const TO_POLE: u16 = 8;
 
 /// The bytes of a GLB file.
 ///
@@ -28,22 +24,24 @@ const TO_POLE: u16 = 8;
 pub fn encode(clip: &Clip) -> Result<Vec<u8>, Error> {
     let mut file = Builder::default();
     let bodies = clip.morphology().bodies();
-    let meshes: Vec<Value> = bodies
-        .iter()
-        .enumerate()
-        .map(|(i, body)| file.mesh(&body.name, &Mesh::of(&body.shape), i))
-        .collect();
+    // A body without a shape has no mesh: that's an error in glTF, unlike a node without one.
+    let seen = bodies.iter().enumerate().filter(|(_, body)| !body.colliders.is_empty());
+    let meshes: Vec<Value> = seen.clone().map(|(i, body)| file.mesh(body, i)).collect();
+    let seen: Vec<usize> = seen.map(|(i, _)| i).collect();
     let materials: Vec<Value> = bodies.iter().map(material).collect();
     let animation = file.animation(clip);
     let nodes = bodies.iter().enumerate().map(|(i, body)| {
         let pose = clip.pose(0, i);
         let (position, rotation) = (pose.translation.vector, pose.rotation.coords);
-        json!({
+        let mut node = json!({
             "name": body.name,
-            "mesh": i,
             "translation": single(position.as_slice()),
             "rotation": single(rotation.as_slice()),
-        })
+        });
+        if let Ok(mesh) = seen.binary_search(&i) {
+            node["mesh"] = json!(mesh);
+        }
+        node
     });
     // A quarter turn about -x: z goes to y.
     let half = 0.5_f64.sqrt();
@@ -159,7 +157,13 @@ impl Builder {
         self.views.len() - 1
     }
 
-    fn mesh(&mut self, name: &str, mesh: &Mesh, material: usize) -> Value {
+    /// One of as many parts as the body has shapes.
+    fn mesh(&mut self, body: &Body, material: usize) -> Value {
+        let parts = body.colliders.iter().map(|it| self.part(&Mesh::of(it), material));
+        json!({ "name": body.name, "primitives": parts.collect::<Vec<_>>() })
+    }
+
+    fn part(&mut self, mesh: &Mesh, material: usize) -> Value {
         let corners =
             |of: fn(&Corner) -> [f32; 3]| mesh.corners.iter().flat_map(of).collect::<Vec<_>>();
         let positions = self.floats(&corners(|it| it.position), 3, Some(ARRAY_BUFFER), true);
@@ -173,12 +177,9 @@ impl Builder {
             "type": "SCALAR",
         }));
         json!({
-            "name": name,
-            "primitives": [{
-                "attributes": { "POSITION": positions, "NORMAL": normals },
-                "indices": triangles,
-                "material": material,
-            }],
+            "attributes": { "POSITION": positions, "NORMAL": normals },
+            "indices": triangles,
+            "material": material,
         })
     }
 
@@ -210,136 +211,13 @@ impl Builder {
     }
 }
 
-/// Triangles, anticlockwise from outside.
-#[derive(Default)]
-struct Mesh {
-    corners: Vec<Corner>,
-    triangles: Vec<u16>,
-}
-
-struct Corner {
-    position: [f32; 3],
-    normal: [f32; 3],
-}
-
-impl Mesh {
-    fn of(shape: &Shape) -> Self {
-        match shape {
-            Shape::Box { half_extents_m } => Self::boxed(half_extents_m),
-            Shape::Sphere { radius_m } => Self::turned(
-                &half_circle(*radius_m, 0.0),
-                Point3::origin(),
-                UnitQuaternion::identity(),
-            ),
-            Shape::Capsule(rod) => Self::rod(rod, &half_circle(rod.radius_m, 0.5 * rod.length_m())),
-            Shape::Cylinder(rod) => {
-                let (r, z) = (rod.radius_m, 0.5 * rod.length_m());
-                // Each edge twice: it's sharp.
-                let (up, out, down) = ([0.0, 1.0], [1.0, 0.0], [0.0, -1.0]);
-                let outline = [
-                    ([0.0, -z], down),
-                    ([r, -z], down),
-                    ([r, -z], out),
-                    ([r, z], out),
-                    ([r, z], up),
-                    ([0.0, z], up),
-                ];
-                Self::rod(rod, &outline)
-            }
-        }
-    }
-
-    fn rod(rod: &Rod, outline: &[([f64; 2], [f64; 2])]) -> Self {
-        Self::turned(outline, rod.centre_m(), rod.from_z())
-    }
-
-    fn corner(&mut self, position: Vector3<f64>, normal: Vector3<f64>) {
-        let single = |it: Vector3<f64>| [it.x as f32, it.y as f32, it.z as f32];
-        self.corners
-            .push(Corner { position: single(position), normal: single(normal.normalize()) });
-    }
-
-    /// An outline (radius and z, and the normal there) turned about z, from below.
-    fn turned(
-        outline: &[([f64; 2], [f64; 2])],
-        centre: Point3<f64>,
-        turn: UnitQuaternion<f64>,
-    ) -> Self {
-        let mut mesh = Self::default();
-        for ([r, z], [normal_r, normal_z]) in outline {
-            for i in 0..=AROUND {
-                let angle = TAU * f64::from(i) / f64::from(AROUND);
-                let (sin, cos) = (libm::sin(angle), libm::cos(angle));
-                let position = Vector3::new(r * cos, r * sin, *z);
-                let normal = Vector3::new(normal_r * cos, normal_r * sin, *normal_z);
-                mesh.corner(centre.coords + turn * position, turn * normal);
-            }
-        }
-        let ring = AROUND + 1;
-        for (level, pair) in outline.windows(2).enumerate() {
-            // A sharp edge is there twice, with nothing between.
-            if pair[0].0 == pair[1].0 {
-                continue;
-            }
-            let begin = level as u16 * ring;
-            for i in begin..begin + AROUND {
-                // At a pole one of the two triangles has no area.
-                if pair[0].0[0] > 0.0 {
-                    mesh.triangles.extend([i, i + 1, i + ring + 1]);
-                }
-                if pair[1].0[0] > 0.0 {
-                    mesh.triangles.extend([i, i + ring + 1, i + ring]);
-                }
-            }
-        }
-        mesh
-    }
-
-    fn boxed(half: &Vector3<f64>) -> Self {
-        let mut mesh = Self::default();
-        for axis in 0..3 {
-            for sign in [-1.0, 1.0] {
-                let mut normal = Vector3::zeros();
-                normal[axis] = sign;
-                let mut along = Vector3::zeros();
-                along[(axis + 1) % 3] = 1.0;
-                let across = normal.cross(&along);
-                let begin = mesh.corners.len() as u16;
-                for (a, b) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
-                    let direction: Vector3<f64> = normal + a * along + b * across;
-                    mesh.corner(direction.component_mul(half), normal);
-                }
-                mesh.triangles.extend([0, 1, 2, 0, 2, 3].map(|corner| begin + corner));
-            }
-        }
-        mesh
-    }
-}
-
-/// Two quarter circles from pole to pole, their centres at -half and +half.
-fn half_circle(radius: f64, half: f64) -> Vec<([f64; 2], [f64; 2])> {
-    let quarter = |upper: bool| {
-        (0..=TO_POLE).map(move |i| {
-            let up = f64::from(i) / f64::from(TO_POLE);
-            let angle = TAU / 4.0 * if upper { up } else { up - 1.0 };
-            // A pole is on the axis, not beside it by a rounding.
-            let on_axis = angle.abs() == TAU / 4.0;
-            let (sin, cos) = (libm::sin(angle), if on_axis { 0.0 } else { libm::cos(angle) });
-            let middle = if upper { half } else { -half };
-            ([radius * cos, middle + radius * sin], [cos, sin])
-        })
-    };
-    let skipped = usize::from(half == 0.0); // A ball has one equator.
-    quarter(false).chain(quarter(true).skip(skipped)).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use gltf::animation::util::ReadOutputs;
-    use nalgebra::Quaternion;
+    use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
     use super::*;
-    use crate::example::clip;
+    use crate::example::{self, clip};
 
     /// The document is checked as it's read; the binary chunk is the one buffer.
     fn read(clip: &Clip) -> (gltf::Document, Vec<u8>) {
@@ -405,41 +283,26 @@ mod tests {
         assert!((colour.base_color_factor()[0] - 0.2159).abs() < 1e-4);
     }
 
-    /// By Gauss, the volume is a third of the sum of p·n over the surface; facets lose a few percent
-    /// of what is round.
     #[test]
-    fn meshes_are_closed_and_turned_outwards() {
-        let rod = Rod {
-            radius_m: 0.1,
-            from_m: Point3::new(0.1, 0.0, 0.2),
-            to_m: Point3::new(0.1, 0.4, 0.5),
+    fn a_body_may_have_no_shape_and_several() {
+        let several = r#"shapes = [{ kind = "sphere", radius_m = 0.1 },
+            { kind = "ellipsoid", radii_m = [0.1, 0.2, 0.3], position_m = [0.0, 0.0, 1.0] }]"#;
+        let rod = r#"shape = { kind = "capsule", radius_m = 0.05, from_m = [-0.2, 0.0, 0.0], to_m = [0.2, 0.0, 0.0] }"#;
+        let ball = r#"shape = { kind = "sphere", radius_m = 0.1 }"#;
+        let model = example::MODEL.replace(ball, "inertia_kg_m2 = [1, 1, 1]").replace(rod, several);
+        let model = svenja::Morphology::parse("m.toml", &model).unwrap();
+        let clip = Clip::new(String::new(), example::TASK, model, example::recording(2)).unwrap();
+        let (document, _) = read(&clip);
+        let root = document.scenes().next().unwrap().nodes().next().unwrap();
+        let parts: Vec<_> =
+            root.children().map(|it| it.mesh().map(|mesh| mesh.primitives().count())).collect();
+        assert_eq!(parts, [Some(1), None, Some(2)]);
+        let box_of = |i: usize| {
+            let mesh = document.meshes().nth(1).unwrap();
+            mesh.primitives().nth(i).unwrap().bounding_box()
         };
-        let ball = 4.0 / 3.0 * TAU / 2.0 * 0.1_f64.powi(3);
-        let cylinder = TAU / 2.0 * 0.01 * 0.5;
-        let cases = [
-            (Shape::Box { half_extents_m: Vector3::new(0.1, 0.2, 0.3) }, 0.048),
-            (Shape::Sphere { radius_m: 0.1 }, ball),
-            (Shape::Capsule(rod.clone()), ball + cylinder),
-            (Shape::Cylinder(rod), cylinder),
-        ];
-        for (shape, expected) in cases {
-            let mesh = Mesh::of(&shape);
-            let point = |i: u16| Vector3::from(mesh.corners[usize::from(i)].position).cast::<f64>();
-            let volume: f64 = mesh
-                .triangles
-                .chunks(3)
-                .map(|t| point(t[0]).dot(&point(t[1]).cross(&point(t[2]))) / 6.0)
-                .sum();
-            assert!((0.96..1.0001).contains(&(volume / expected)), "{shape:?}: {volume}");
-            for triangle in mesh.triangles.chunks(3) {
-                let [a, b, c] = [point(triangle[0]), point(triangle[1]), point(triangle[2])];
-                let area = (b - a).cross(&(c - a));
-                assert!(area.norm() > 1e-9, "{shape:?}: a triangle without an area");
-                let normal =
-                    Vector3::from(mesh.corners[usize::from(triangle[0])].normal).cast::<f64>();
-                assert!(area.normalize().dot(&normal) > 0.8, "{shape:?}");
-            }
-        }
+        assert!((box_of(0).max[2] - 0.1).abs() < 1e-6, "{:?}", box_of(0));
+        assert!((box_of(1).max[2] - 1.3).abs() < 1e-6, "{:?}", box_of(1));
     }
 
     #[test]

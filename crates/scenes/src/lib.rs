@@ -8,7 +8,7 @@
 //! | [`viewer`], [`page`] | packed for the JavaScript in `assets/viewer/`; one HTML file with all in it |
 //! | [`render`] | a ray caster: pictures without a GPU |
 //! | [`film`] | frames in a row, as GIF or by ffmpeg |
-//! | [`glb`] | glTF, for Blender |
+//! | [`glb`], `mesh.rs` | glTF, for Blender; shapes as triangles |
 //! | `three_sides.rs` | [`three_sides`]: a model from three sides, and as it stands there |
 //! | `error.rs` | [`Error`] |
 //!
@@ -42,6 +42,7 @@ mod clip;
 mod error;
 pub mod film;
 pub mod glb;
+mod mesh;
 pub mod page;
 pub mod render;
 mod three_sides;

@@ -7,7 +7,7 @@
 //! ```
 
 use nalgebra::{Point3, Vector3};
-use svenja::{Body, Morphology, Rod, Shape};
+use svenja::{Body, Collider, Morphology};
 
 use super::Error;
 use super::render::{Camera, Ground, Ink, Picture, SKY, Scene, Solid, width_of};
@@ -25,6 +25,8 @@ const PAPER: [u8; 3] = [0xff; 3];
 const AIR: f64 = 0.04;
 /// A side is at least so long, as a share of the longest, for what is flat.
 const LEAST: f64 = 0.25;
+/// A robot is at least so long, even if it has no shape at all.
+const SMALLEST_M: f64 = 1e-3;
 /// Of the camera of the fourth picture.
 const ANGLE_DEGREES: f64 = 30.0;
 
@@ -69,12 +71,16 @@ impl<'a> Sheet<'a> {
         let boxes: Vec<_> = bodies.iter().map(corners).collect();
         let low = boxes.iter().fold(Point3::origin(), |a: Point3<f64>, (b, _)| a.inf(b));
         let high = boxes.iter().fold(boxes[0].1, |a, (_, b)| a.sup(b));
-        let longest = (high - low).max();
+        let longest = (high - low).max().max(SMALLEST_M);
         let size = (high - low).map(|side| side.max(LEAST * longest) + 2.0 * AIR * longest);
-        let solid = |body: &Body| Solid::new(&body.shape, &body.pose, body.colour, 0.0);
+        let solids = |body: &'a Body| {
+            let solid =
+                |it: &Collider| Solid::new(&it.shape, &(body.pose * it.pose), body.colour, 0.0);
+            body.colliders.iter().map(solid)
+        };
         Self {
             morphology,
-            solids: bodies.iter().map(solid).collect(),
+            solids: bodies.iter().flat_map(solids).collect(),
             centre: nalgebra::center(&low, &high),
             size,
             pixels_per_m: (WIDTH - 3 * MARGIN) as f64 / (size.y + size.x),
@@ -186,12 +192,24 @@ fn caption(
     picture.write(words, [start, baseline], size, INK)
 }
 
-/// The lower and the upper corner of the box around a body, as it's drawn.
+/// The lower and the upper corner of the box around a body, as it's drawn: a point if it has no shape.
 fn corners(body: &Body) -> (Point3<f64>, Point3<f64>) {
-    let (points, radius) = points(body);
-    let low = points.iter().fold(points[0], |a, b| a.inf(b));
-    let high = points.iter().fold(points[0], |a, b| a.sup(b));
-    (low - Vector3::repeat(radius), high + Vector3::repeat(radius))
+    let around = |it: &Collider| {
+        let (points, radius) = it.shape.outline_m();
+        let points = points.into_iter().map(|point| body.pose * (it.pose * point));
+        let both = points.map(|point| (point, point)).reduce(joined);
+        both.map(|(low, high)| (low - Vector3::repeat(radius), high + Vector3::repeat(radius)))
+    };
+    let here = Point3::from(body.pose.translation.vector);
+    body.colliders.iter().filter_map(around).reduce(joined).unwrap_or((here, here))
+}
+
+/// The box around two boxes.
+fn joined(
+    a: (Point3<f64>, Point3<f64>),
+    b: (Point3<f64>, Point3<f64>),
+) -> (Point3<f64>, Point3<f64>) {
+    (a.0.inf(&b.0), a.1.sup(&b.1))
 }
 
 /// Its eight corners.
@@ -201,22 +219,6 @@ fn box_around(body: &Body) -> [Point3<f64>; 8] {
         let side = |axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };
         Point3::new(side(0), side(1), side(2))
     })
-}
-
-/// Points of a body, and how far around them it reaches.
-fn points(body: &Body) -> (Vec<Point3<f64>>, f64) {
-    let (points, radius) = match &body.shape {
-        Shape::Sphere { radius_m } => (vec![Point3::origin()], *radius_m),
-        Shape::Capsule(Rod { radius_m, from_m, to_m })
-        | Shape::Cylinder(Rod { radius_m, from_m, to_m }) => (vec![*from_m, *to_m], *radius_m),
-        Shape::Box { half_extents_m: half } => {
-            let sign =
-                |i: usize, bit: usize| if i >> bit & 1 == 0 { -half[bit] } else { half[bit] };
-            let ends = (0..8).map(|i| Point3::new(sign(i, 0), sign(i, 1), sign(i, 2)));
-            (ends.collect(), 0.0)
-        }
-    };
-    (points.iter().map(|point| body.pose * point).collect(), radius)
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use base64::{Engine, engine::general_purpose::STANDARD};
 use maud::{Markup, html};
 use runs::Packing;
 use serde::Serialize;
-use svenja::{Body, Morphology, Shape};
+use svenja::{Body, Collider, Morphology, Shape};
 
 use super::{Clip, Error};
 
@@ -45,16 +45,45 @@ struct PackedBody {
     mass_kg: f64,
     colour: String,
     penalised: bool,
+    shapes: Vec<PackedCollider>,
+}
+
+/// A shape where it lies in its body.
+#[derive(Debug, PartialEq, Serialize)]
+struct PackedCollider {
+    #[serde(flatten)]
     shape: PackedShape,
+    position: [f64; 3],
+    /// x, y, z, w
+    rotation: [f64; 4],
 }
 
 #[derive(Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 enum PackedShape {
-    Box { half: [f64; 3] },
-    Sphere { radius: f64 },
-    Capsule { radius: f64, from: [f64; 3], to: [f64; 3] },
-    Cylinder { radius: f64, from: [f64; 3], to: [f64; 3] },
+    Box {
+        half: [f64; 3],
+    },
+    Sphere {
+        radius: f64,
+    },
+    Capsule {
+        radius: f64,
+        from: [f64; 3],
+        to: [f64; 3],
+    },
+    Cylinder {
+        radius: f64,
+        from: [f64; 3],
+        to: [f64; 3],
+    },
+    Ellipsoid {
+        radii: [f64; 3],
+    },
+    /// x, y, z of the three corners of each triangle, anticlockwise from outside.
+    Hull {
+        corners: Vec<f32>,
+    },
 }
 
 #[derive(Debug, PartialEq, Serialize)]
@@ -204,7 +233,7 @@ impl PackedModel {
             mass_kg: body.mass_kg,
             colour: colour(body),
             penalised: morphology.penalised().contains(&i),
-            shape: (&body.shape).into(),
+            shapes: body.colliders.iter().map(PackedCollider::from).collect(),
         });
         let rows = morphology.contacts().iter().enumerate().map(|(i, &body)| ContactRow {
             body,
@@ -224,6 +253,13 @@ fn colour(body: &Body) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
+impl From<&Collider> for PackedCollider {
+    fn from(Collider { shape, pose }: &Collider) -> Self {
+        let (position, rotation) = (pose.translation.vector, pose.rotation.coords);
+        Self { shape: shape.into(), position: position.into(), rotation: rotation.into() }
+    }
+}
+
 impl From<&Shape> for PackedShape {
     fn from(shape: &Shape) -> Self {
         let ends = |rod: &svenja::Rod| (rod.radius_m, rod.from_m.into(), rod.to_m.into());
@@ -237,6 +273,11 @@ impl From<&Shape> for PackedShape {
             Shape::Cylinder(rod) => {
                 let (radius, from, to) = ends(rod);
                 Self::Cylinder { radius, from, to }
+            }
+            Shape::Ellipsoid { radii_m } => Self::Ellipsoid { radii: (*radii_m).into() },
+            Shape::Hull(hull) => {
+                let corners = hull.facets_m().flatten().flat_map(|it| [it.x, it.y, it.z]);
+                Self::Hull { corners: corners.map(|value| value as f32).collect() }
             }
         }
     }

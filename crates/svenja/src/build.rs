@@ -3,10 +3,15 @@
 //! Bullet wants a body's frame along its principal axes of inertia, and a joint's axis along one of
 //! its frame's that depends on the class. Both are turned here; [`Part`] knows the way back.
 
-use bullet::{Axis, AxisSettings, BodyId, CollisionFilter, Lengthwise, Motor, Range, World};
+use bullet::{
+    Axis, AxisSettings, BodyId, CollisionFilter, JointId, Lengthwise, Motor, Range, World,
+};
 use nalgebra::{Isometry3, Point3, Quaternion, UnitQuaternion};
 
-use crate::{Body, Error, Joint, JointAxis, JointKind, Morphology, Rod, Shape, Turn};
+use crate::{
+    Body, Collider, Error, Freedom, Joint, JointAxis, JointKind, Morphology, Rod, Servo, ServoKind,
+    Shape, Turn,
+};
 
 /// The collision group of robots, none of Bullet's own.
 const ROBOT: i32 = 64;
@@ -31,61 +36,107 @@ pub(crate) fn add_body(
     morphology: &Morphology,
     world: &mut World,
 ) -> Result<Part, Error> {
-    let principal = body.shape.principal_axes();
-    let pose = morphology.start() * body.pose * principal;
-    let shape = add_shape(&body.shape, world)?;
-    let mask = if morphology.self_collision() { -1 } else { !ROBOT };
+    let inertia = body.inertia();
+    let pose = morphology.start() * body.pose * inertia.axes;
+    let shape = add_colliders(&body.colliders, &inertia.axes, world)?;
+    let mask = match body.colliders.is_empty() {
+        true => 0,
+        false if morphology.self_collision() => -1,
+        false => !ROBOT,
+    };
     let id = world.add_body(&bullet::Body {
-        inertia: Some(body.shape.inertia_kg_m2(body.mass_kg)),
+        inertia: Some(inertia.moments_kg_m2),
         friction: body.friction,
         filter: CollisionFilter { group: ROBOT, mask },
         ..bullet::Body::dynamic(shape, body.mass_kg, pose)
     })?;
-    let model_frame = principal.inverse();
+    let model_frame = inertia.axes.inverse();
     Ok(Part { name: body.name.clone(), id, mass_kg: body.mass_kg, model_frame })
 }
 
-/// In the frame of its own axes, with the body's centre of mass as origin.
-fn add_shape(shape: &Shape, world: &mut World) -> Result<bullet::ShapeId, Error> {
-    let along = Lengthwise::Z;
-    let (primitive, rod) = match shape {
-        Shape::Box { half_extents_m } => {
-            (bullet::Shape::Box { half_extents: *half_extents_m }, None)
-        }
-        Shape::Sphere { radius_m } => (bullet::Shape::Sphere { radius: *radius_m }, None),
-        Shape::Capsule(rod) => {
-            let (radius, length) = (rod.radius_m, rod.length_m());
-            (bullet::Shape::Capsule { radius, length, along }, Some(rod))
-        }
-        Shape::Cylinder(rod) => {
-            let (radius, length) = (rod.radius_m, rod.length_m());
-            (bullet::Shape::Cylinder { radius, length, along }, Some(rod))
-        }
-    };
-    let primitive = world.add_shape(&primitive)?;
-    match rod.map(Rod::centre_m) {
-        Some(centre) if centre != Point3::origin() => {
-            let centre = shape.principal_axes().inverse_transform_point(&centre);
-            let children = vec![(primitive, Isometry3::translation(centre.x, centre.y, centre.z))];
-            Ok(world.add_shape(&bullet::Shape::Compound { children })?)
-        }
-        _ => Ok(primitive),
+/// What the joint to the world holds on to: a body that never moves, and that nothing touches. Its frame is
+/// that of the drawing.
+fn add_anchor(morphology: &Morphology, world: &mut World) -> Result<BodyId, Error> {
+    let shape = world.add_shape(&NOTHING)?;
+    Ok(world.add_body(&bullet::Body {
+        filter: CollisionFilter { group: ROBOT, mask: 0 },
+        ..bullet::Body::fixed(shape, *morphology.start())
+    })?)
+}
+
+/// The shape of what touches nothing: Bullet wants one.
+const NOTHING: bullet::Shape = bullet::Shape::Sphere { radius: 1e-3 };
+
+/// In the frame of the body's principal axes, with its centre of mass as origin.
+fn add_colliders(
+    colliders: &[Collider],
+    axes: &UnitQuaternion<f64>,
+    world: &mut World,
+) -> Result<bullet::ShapeId, Error> {
+    if colliders.is_empty() {
+        return Ok(world.add_shape(&NOTHING)?);
+    }
+    let mut children = Vec::new();
+    for collider in colliders {
+        let shape = world.add_shape(&bullet_shape(&collider.shape))?;
+        children.push((shape, place_in(axes, collider)));
+    }
+    match children[..] {
+        [(shape, place)] if place == Isometry3::identity() => Ok(shape),
+        _ => Ok(world.add_shape(&bullet::Shape::Compound { children })?),
     }
 }
 
-pub(crate) fn bullet_joint(
+/// Where a shape of Bullet's lies, whose middle is its origin and whose length is along z.
+fn place_in(axes: &UnitQuaternion<f64>, collider: &Collider) -> Isometry3<f64> {
+    let origin = match collider.shape {
+        Shape::Hull(_) => collider.pose * Point3::origin(),
+        _ => collider.centre_m(),
+    };
+    let origin = axes.inverse_transform_point(&origin);
+    let own = collider.principal_axes();
+    // The body's axes are those of its only shape: a product would round.
+    let turn = if own == *axes { UnitQuaternion::identity() } else { axes.inverse() * own };
+    Isometry3::from_parts(origin.into(), turn)
+}
+
+fn bullet_shape(shape: &Shape) -> bullet::Shape {
+    let along = Lengthwise::Z;
+    let size = |rod: &Rod| (rod.radius_m, rod.length_m());
+    match shape {
+        Shape::Box { half_extents_m } => bullet::Shape::Box { half_extents: *half_extents_m },
+        Shape::Sphere { radius_m } => bullet::Shape::Sphere { radius: *radius_m },
+        Shape::Capsule(rod) => {
+            let (radius, length) = size(rod);
+            bullet::Shape::Capsule { radius, length, along }
+        }
+        Shape::Cylinder(rod) => {
+            let (radius, length) = size(rod);
+            bullet::Shape::Cylinder { radius, length, along }
+        }
+        Shape::Ellipsoid { radii_m } => bullet::Shape::Ellipsoid { radii: *radii_m },
+        Shape::Hull(hull) => bullet::Shape::Hull { points: hull.points_m().to_vec(), margin: 0.0 },
+    }
+}
+
+pub(crate) fn add_joint(
     joint: &Joint,
     morphology: &Morphology,
     parts: &[Part],
-) -> bullet::Joint {
-    let pose = |body: usize| {
-        let drawn = morphology.bodies()[body].pose;
-        drawn * parts[body].model_frame.inverse()
+    world: &mut World,
+) -> Result<JointId, Error> {
+    let drawn = |body: usize| {
+        let pose = morphology.bodies()[body].pose;
+        (parts[body].id, pose * parts[body].model_frame.inverse())
     };
-    let turn = joint
-        .axes
-        .first()
-        .map_or_else(UnitQuaternion::identity, |axis| frame_turn(joint.kind, axis.about));
+    let child = drawn(joint.child);
+    let parent = match joint.parent {
+        Some(parent) => drawn(parent),
+        None => (add_anchor(morphology, world)?, Isometry3::identity()),
+    };
+    let turn = joint.axes.first().map_or_else(UnitQuaternion::identity, |axis| {
+        frame_turn(joint.kind, axis.freedom.direction())
+    });
     // Relative poses: where the robot starts doesn't matter.
     let frame = Isometry3::from_parts(joint.frame.translation, joint.frame.rotation * turn);
     let stop = bullet::Stop {
@@ -108,48 +159,65 @@ pub(crate) fn bullet_joint(
             angular: only_axis(),
             held: locked.stop,
         },
-        JointKind::Spherical => {
+        JointKind::Spherical | JointKind::Slider | JointKind::General => {
             let mut axes = [locked; 6];
             for axis in &joint.axes {
-                axes[bullet_axis(joint.kind, axis.about).index()] = settings(axis);
+                axes[bullet_axis(joint.kind, axis.freedom).index()] = settings(axis);
             }
             bullet::JointKind::SixDofSpring(Box::new(axes))
         }
     };
-    bullet::Joint::at(
-        &frame,
-        kind,
-        (parts[joint.parent].id, &pose(joint.parent)),
-        (parts[joint.child].id, &pose(joint.child)),
-    )
+    let joint = bullet::Joint::at(&frame, kind, (parent.0, &parent.1), (child.0, &child.1));
+    Ok(world.add_joint(&joint)?)
 }
 
 fn axis_settings(kind: JointKind, axis: &JointAxis, stop: bullet::Stop) -> AxisSettings {
     // What is right in degrees may be a rounding beyond in radians.
-    let farthest = kind.farthest_deg(axis.about).to_radians();
-    let [lower, upper] = axis.stops_rad().map(|stop| stop.clamp(-farthest, farthest));
+    let farthest = match axis.freedom {
+        Freedom::About(turn) => kind.farthest_deg(turn).to_radians(),
+        Freedom::Along(_) => f64::INFINITY,
+    };
+    let range = match axis.stops() {
+        Some(stops) => {
+            let [lower, upper] = stops.map(|stop| stop.clamp(-farthest, farthest));
+            Range::Limited { lower, upper }
+        }
+        None => Range::Free,
+    };
     AxisSettings {
-        range: Range::Limited { lower, upper },
+        range,
         stop,
-        motor: axis
-            .servo
-            .map(|servo| Motor { target_velocity: 0.0, max_force: servo.torque_limit_nm }),
+        motor: first_motor(axis),
         spring: axis.spring.map(|spring| bullet::Spring {
-            stiffness: spring.stiffness_nm_rad,
-            damping: spring.damping_nms_rad,
-            equilibrium: spring.equilibrium_rad,
+            stiffness: spring.stiffness,
+            damping: spring.damping,
+            equilibrium: spring.equilibrium,
         }),
     }
 }
 
-/// Which of Bullet's axes a joint turns about.
-pub(crate) fn bullet_axis(kind: JointKind, about: Turn) -> Axis {
-    match (kind, about) {
+/// What drives or resists it as long as nothing is commanded: it holds.
+fn first_motor(axis: &JointAxis) -> Option<Motor> {
+    let max_force = match axis.servo {
+        Some(Servo { kind: ServoKind::Torque, .. }) => 0.0,
+        Some(servo) => servo.force_limit,
+        None if axis.resistance.is_none() => return None,
+        None => 0.0,
+    };
+    Some(Motor { target_velocity: 0.0, max_force })
+}
+
+/// Which of Bullet's axes moves.
+pub(crate) fn bullet_axis(kind: JointKind, freedom: Freedom) -> Axis {
+    match (kind, freedom) {
         (JointKind::Hinge, _) => Axis::AngularZ,
         (JointKind::SliderHinge, _) => Axis::AngularX,
-        (_, Turn::X) => Axis::AngularX,
-        (_, Turn::Y) => Axis::AngularY,
-        (_, Turn::Z) => Axis::AngularZ,
+        (_, Freedom::About(Turn::X)) => Axis::AngularX,
+        (_, Freedom::About(Turn::Y)) => Axis::AngularY,
+        (_, Freedom::About(Turn::Z)) => Axis::AngularZ,
+        (_, Freedom::Along(Turn::X)) => Axis::LinearX,
+        (_, Freedom::Along(Turn::Y)) => Axis::LinearY,
+        (_, Freedom::Along(Turn::Z)) => Axis::LinearZ,
     }
 }
 
@@ -161,7 +229,7 @@ fn frame_turn(kind: JointKind, about: Turn) -> UnitQuaternion<f64> {
     let wanted = match kind {
         JointKind::Hinge => Turn::Z,
         JointKind::SliderHinge => Turn::X,
-        JointKind::Fixed | JointKind::Spherical => about,
+        _ => about,
     };
     match (3 + about.index() - wanted.index()) % 3 {
         0 => UnitQuaternion::identity(),

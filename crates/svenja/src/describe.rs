@@ -5,7 +5,7 @@ use std::fmt::{self, Write};
 use comfy_table::{CellAlignment, Table, presets::ASCII_MARKDOWN};
 use nalgebra::Point3;
 
-use crate::{AxisId, JointAxis, Morphology, Shape};
+use crate::{AxisId, JointAxis, Morphology, ServoKind, Shape};
 
 /// Shows bodies, joints, sensors and actuators as tables in plain text.
 ///
@@ -43,6 +43,14 @@ impl fmt::Display for Describe<'_> {
             triple(&model.heading().axis.into_inner().into()),
             model.bodies()[model.heading().body].name,
         )?;
+        let apart = model
+            .no_collision()
+            .iter()
+            .map(|pair| pair.map(|body| format!("'{}'", model.bodies()[body].name)).join(" and "));
+        let apart: Vec<_> = apart.collect();
+        if !apart.is_empty() {
+            writeln!(out, "never collide: {}", apart.join(", "))?;
+        }
         writeln!(out, "\n{}", bodies(model))?;
         if !model.joints().is_empty() {
             writeln!(out, "\n{}", joints(model))?;
@@ -60,8 +68,13 @@ impl fmt::Display for Describe<'_> {
 }
 
 fn bodies(model: &Morphology) -> Table {
-    let mut table =
-        table(&["body", "mass kg", "friction", "x m", "y m", "z m", "shape m", "contact"]);
+    let mut header = vec!["body", "mass kg", "friction", "x m", "y m", "z m", "shape m", "contact"];
+    // Most robots have none, and a table is wide enough.
+    let has_inertia = model.bodies().iter().any(|body| body.inertia_kg_m2.is_some());
+    if has_inertia {
+        header.push("inertia kg m2");
+    }
+    let mut table = table(&header);
     for (index, body) in model.bodies().iter().enumerate() {
         let position = body.pose.translation.vector;
         let role = |name: &str, at: Option<usize>| at.map(|i| format!("{name} {}", i + 1));
@@ -69,23 +82,28 @@ fn bodies(model: &Morphology) -> Table {
             .or(role("touch", model.contacts().iter().position(|&touch| touch == index)));
         let penalised = model.penalised().contains(&index).then(|| "penalised".to_owned());
         let roles: Vec<_> = contact.into_iter().chain(penalised).collect();
-        table.add_row([
+        let mut row = vec![
             body.name.clone(),
             rounded(body.mass_kg),
             rounded(body.friction),
             rounded(position.x),
             rounded(position.y),
             rounded(position.z),
-            shape(&body.shape),
+            shapes(body),
             roles.join(", "),
-        ]);
+        ];
+        if has_inertia {
+            let given = body.inertia_kg_m2.map(|it| [it.x, it.y, it.z].map(significant).join(", "));
+            row.push(given.unwrap_or_else(|| "of its shape".into()));
+        }
+        table.add_row(row);
     }
     right_align(&mut table, 1..6);
     table
 }
 
 fn joints(model: &Morphology) -> Table {
-    let mut table = table(&[
+    let mut header = vec![
         "joint",
         "kind",
         "parent",
@@ -98,11 +116,16 @@ fn joints(model: &Morphology) -> Table {
         "N m",
         "sensor",
         "actuator",
-    ]);
+    ];
+    let is_resisted = model.axes().any(|id| !model.axis(id).resistance.is_none());
+    if is_resisted {
+        header.extend(["friction", "damping"]);
+    }
+    let mut table = table(&header);
     for (j, joint) in model.joints().iter().enumerate() {
-        let name = |body: usize| model.bodies()[body].name.clone();
-        let lead =
-            [joint.name.clone(), joint.kind.name().into(), name(joint.parent), name(joint.child)];
+        let parent = joint.parent.map_or("world", |parent| model.bodies()[parent].name.as_str());
+        let child = model.bodies()[joint.child].name.as_str();
+        let lead = [joint.name.as_str(), joint.kind.name(), parent, child].map(str::to_owned);
         if joint.axes.is_empty() {
             table.add_row(&lead);
         }
@@ -113,35 +136,54 @@ fn joints(model: &Morphology) -> Table {
                     .position(|&other| other == id)
                     .map_or(String::new(), |i| (i + 1).to_string())
             };
+            let actuator = match axis.servo {
+                Some(servo) if servo.kind != ServoKind::Position => {
+                    format!("{} ({})", place(model.actuators()), servo.kind.name())
+                }
+                _ => place(model.actuators()),
+            };
+            let resistance = [axis.resistance.friction, axis.resistance.damping].map(significant);
             let row = lead
                 .iter()
                 .cloned()
                 .chain(axis_cells(axis))
-                .chain([place(model.sensors()), place(model.actuators())]);
+                .chain([place(model.sensors()), actuator])
+                .chain(resistance.into_iter().filter(|_| is_resisted));
             table.add_row(row);
         }
     }
-    right_align(&mut table, 5..12);
+    right_align(&mut table, 5..header.len());
     table
 }
 
+/// In the columns' units, or with their own.
 fn axis_cells(axis: &JointAxis) -> [String; 6] {
-    let degrees = |angle: f64| rounded(angle.to_degrees());
-    let name = match axis.name == axis.about.name() {
+    let is_linear = axis.freedom.is_linear();
+    let (unit, speed_unit, force_unit) =
+        if is_linear { (" m", " m/s", " N") } else { ("", "", "") };
+    let position =
+        |position: f64| rounded(if is_linear { position } else { position.to_degrees() }) + unit;
+    let short = axis.freedom.name();
+    let name = match axis.name == short {
         true => axis.name.clone(),
-        false => format!("{} ({})", axis.name, axis.about.name()),
+        false => format!("{} ({short})", axis.name),
     };
-    let servo = |value: fn(&crate::Servo) -> f64| {
-        axis.servo.as_ref().map_or(String::new(), |servo| rounded(value(servo)))
+    let servo = |value: fn(&crate::Servo) -> f64, unit: &str| {
+        axis.servo.as_ref().map_or(String::new(), |servo| rounded(value(servo)) + unit)
     };
     [
         name,
-        degrees(axis.angle_of(-1.0)),
-        degrees(axis.angle_of(1.0)),
-        axis.stops_rad().map(degrees).join(" .. "),
-        servo(|servo| servo.speed_limit_rad_s),
-        servo(|servo| servo.torque_limit_nm),
+        position(axis.position_of(-1.0)),
+        position(axis.position_of(1.0)),
+        axis.stops().map_or("none".into(), |stops| stops.map(position).join(" .. ")),
+        servo(|servo| servo.speed_limit, speed_unit),
+        servo(|servo| servo.force_limit, force_unit),
     ]
+}
+
+fn shapes(body: &crate::Body) -> String {
+    let all: Vec<_> = body.colliders.iter().map(|collider| shape(&collider.shape)).collect();
+    if all.is_empty() { "none".into() } else { all.join("; ") }
 }
 
 fn shape(shape: &Shape) -> String {
@@ -155,6 +197,8 @@ fn shape(shape: &Shape) -> String {
         Shape::Capsule(rod) | Shape::Cylinder(rod) => {
             write!(text, ", radius {}, length {}", rounded(rod.radius_m), rounded(rod.length_m()))
         }
+        Shape::Ellipsoid { radii_m } => write!(text, ", radii {}", triple(&(*radii_m).into())),
+        Shape::Hull(hull) => write!(text, " of {} points", hull.points_m().len()),
     };
     text
 }
@@ -168,6 +212,15 @@ fn rounded(value: f64) -> String {
     let text = format!("{value:.3}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0".into() } else { text.into() }
+}
+
+/// To three digits, of any size.
+fn significant(value: f64) -> String {
+    if value == 0.0 || (0.001..1e6).contains(&value) {
+        rounded(value)
+    } else {
+        format!("{value:.2e}")
+    }
 }
 
 fn table(header: &[&str]) -> Table {

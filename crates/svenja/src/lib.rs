@@ -28,8 +28,9 @@
 //! ```
 //!
 //! # Conventions
-//! SI units and radians in code, degrees in files. All angles are right-handed and 0 as the model
-//! is drawn. A command or a reading of -1 to 1 covers an axis' range.
+//! SI units and radians in code, degrees in files. All angles are right-handed, and positions are 0 as
+//! the model is drawn. A reading of -1 to 1 covers an axis' range, or a whole turn if it has none, and
+//! so does a command to a servo of position; those of speed and torque take a share of their limit.
 //!
 //! # Features
 //! `bullet`, on by default: robots in worlds. Without it the crate needs no Bullet, and models can
@@ -38,11 +39,17 @@
 #![forbid(unsafe_code)]
 
 #[cfg(feature = "bullet")]
+mod axes;
+#[cfg(feature = "bullet")]
 mod build;
 mod check;
 mod describe;
 mod file;
 mod gravity;
+mod hull;
+mod inertia;
+mod joint;
+mod mesh;
 mod morphology;
 mod parts;
 #[cfg(feature = "bullet")]
@@ -55,11 +62,12 @@ mod warn;
 pub use config::{Problem, Problems};
 pub use describe::Describe;
 pub use gravity::centre_of_gravity_m;
-pub use morphology::{
-    AxisId, Body, Group, Heading, Joint, JointAxis, JointKind, Morphology, Servo, Spring, Stop,
-};
+pub use hull::{Hull, MOST_POINTS};
+pub use inertia::Inertia;
+pub use joint::{Freedom, Joint, JointAxis, JointKind, Resistance, Servo, ServoKind, Spring, Stop};
+pub use morphology::{AxisId, Body, Group, Heading, Mesh, Morphology};
 #[cfg(feature = "bullet")]
 pub use robot::{Error, Readings, Robot, add_ground};
 pub use rotation::Turn;
-pub use servo::servo_velocity;
-pub use shape::{Rod, Shape};
+pub use servo::{ServoCommand, servo_command, servo_velocity};
+pub use shape::{Collider, Rod, Shape};

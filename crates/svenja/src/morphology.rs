@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use config::{Document, Problem, Problems};
-use nalgebra::{Isometry3, Unit, Vector3};
+use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
-use crate::{Shape, Turn, check::check, file::ModelFile};
+use crate::{Collider, Joint, JointAxis, check::check, file::ModelFile};
 
 /// A tree of rigid bodies, what moves and what senses them. It's right as far as a file can be: all
 /// names belong to something, all numbers are within their bounds.
@@ -21,12 +21,14 @@ pub struct Morphology {
     pub(crate) contacts: Vec<usize>,
     pub(crate) n_feet: usize,
     pub(crate) penalised: Vec<usize>,
+    pub(crate) no_collision: Vec<[usize; 2]>,
     pub(crate) heading: Heading,
     pub(crate) start: Isometry3<f64>,
     pub(crate) self_collision: bool,
     pub(crate) locomotion_scale: f64,
     pub(crate) touch_distance_m: f64,
     pub(crate) warnings: Vec<Problem>,
+    pub(crate) meshes: Vec<Mesh>,
 }
 
 /// A rigid body.
@@ -40,149 +42,36 @@ pub struct Body {
     pub friction: f64,
     /// Red, green and blue, for display.
     pub colour: [u8; 3],
-    /// The pose of its centre of mass, as the model is drawn: all angles 0, before [`Morphology::start`].
+    /// The pose of its centre of mass, as the model is drawn: all positions 0, before
+    /// [`Morphology::start`].
     pub pose: Isometry3<f64>,
-    /// In the body's frame.
-    pub shape: Shape,
+    /// What it looks like and collides as; with none it's not seen and touches nothing.
+    pub colliders: Vec<Collider>,
+    /// Principal moments about the axes of its frame, if they're given; [`Body::inertia`] has those of
+    /// every body.
+    pub inertia_kg_m2: Option<Vector3<f64>>,
 }
 
-/// A joint between two bodies.
+impl Body {
+    /// How far from its centre of mass its shapes reach at most, in m.
+    #[must_use]
+    pub fn reach_m(&self) -> f64 {
+        let reach = |collider: &Collider| {
+            let (points, radius) = collider.shape.outline_m();
+            let far = points.iter().map(|point| (collider.pose * point).coords.norm());
+            radius + far.fold(0.0, f64::max)
+        };
+        self.colliders.iter().map(reach).fold(0.0, f64::max)
+    }
+}
+
+/// The hull of a mesh file that a model names.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Joint {
-    /// Unique among the joints.
-    pub name: String,
-    /// The joint's kind: what it lets move.
-    pub kind: JointKind,
-    /// Index of a body.
-    pub parent: usize,
-    /// Index of a body.
-    pub child: usize,
-    /// Where it is and how its axes lie, as the model is drawn.
-    pub frame: Isometry3<f64>,
-    /// The axes that move; all others are locked.
-    pub axes: Vec<JointAxis>,
-    /// What happens at the ends of the axes' ranges, and to what the joint locks.
-    pub stop: Stop,
-}
-
-/// The kinds of joints, by what they let move.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum JointKind {
-    /// The bodies don't move against each other.
-    Fixed,
-    /// One rotation: Bullet's hinge.
-    Hinge,
-    /// One rotation: Bullet's slider with its translation locked, which is how the simulator of the
-    /// original experiments made its hinges.
-    SliderHinge,
-    /// One to three rotations: Bullet's 6-dof spring joint. They are taken about z, then about the
-    /// new y, then about the newest x.
-    Spherical,
-}
-
-impl JointKind {
-    /// Its name in model files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Fixed => "fixed",
-            Self::Hinge => "hinge",
-            Self::SliderHinge => "slider-hinge",
-            Self::Spherical => "spherical",
-        }
-    }
-
-    /// How far from 0 an axis and its stops may be, in degrees. Of the three angles of Bullet's 6-dof
-    /// joint, which it has whichever of them turn, the middle one's other half would be the same
-    /// turns again.
-    #[must_use]
-    pub fn farthest_deg(self, about: Turn) -> f64 {
-        if self == Self::Spherical && about == Turn::Y { 90.0 } else { 180.0 }
-    }
-}
-
-/// A rotation of a joint: right-handed, 0 as the model is drawn.
-#[derive(Clone, Debug, PartialEq)]
-pub struct JointAxis {
-    /// Unique within the joint.
-    pub name: String,
-    /// An axis of the joint's frame.
-    pub about: Turn,
-    /// Lower end of the range that commands and readings cover, in rad.
-    pub lower_rad: f64,
-    /// Its upper end, in rad.
-    pub upper_rad: f64,
-    /// How far beyond either end the joint's stops are, in rad.
-    pub stop_margin_rad: f64,
-    /// Whether +1 stands for the lower end, and -1 for the upper.
-    pub reversed: bool,
-    /// The servo that drives it, if it has one.
-    pub servo: Option<Servo>,
-    /// The damped spring that pulls it back, if it has one.
-    pub spring: Option<Spring>,
-}
-
-impl JointAxis {
-    /// Where the joint stops, in rad: the lower and the upper end.
-    #[must_use]
-    pub fn stops_rad(&self) -> [f64; 2] {
-        [self.lower_rad - self.stop_margin_rad, self.upper_rad + self.stop_margin_rad]
-    }
-
-    /// Where -1..1 lies in the range, in rad.
-    #[must_use]
-    pub fn angle_of(&self, value: f64) -> f64 {
-        let value = if self.reversed { -value } else { value };
-        self.lower_rad + 0.5 * (value + 1.0) * (self.upper_rad - self.lower_rad)
-    }
-
-    /// Where an angle in rad lies on the scale from -1 to 1, and beyond.
-    #[must_use]
-    pub fn value_of(&self, angle_rad: f64) -> f64 {
-        let part = (angle_rad - self.lower_rad) / (self.upper_rad - self.lower_rad);
-        let value = 2.0 * part - 1.0;
-        if self.reversed { -value } else { value }
-    }
-}
-
-/// What drives an axis towards its target.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Servo {
-    /// How fast it turns at most, in rad/s.
-    pub speed_limit_rad_s: f64,
-    /// How hard it turns at most, in N m.
-    pub torque_limit_nm: f64,
-}
-
-/// A damped spring: torque = -stiffness (angle - equilibrium) - damping rate.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spring {
-    /// The stiffness in N m/rad.
-    pub stiffness_nm_rad: f64,
-    /// The damping in N m s/rad.
-    pub damping_nms_rad: f64,
-    /// The position at which the spring is at rest, in rad.
-    pub equilibrium_rad: f64,
-}
-
-/// What happens at the stops of a joint. To Bullet's sliders and 6-dof joints what is locked is a
-/// range without a length, so it's held in the same way; hinges and fixed joints hold it as the
-/// world's own settings say.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stop {
-    /// Share of the overshoot that a physics step takes back.
-    pub erp: f64,
-    /// Softness; 0 is rigid.
-    pub cfm: f64,
-    /// Share of the speed that comes back.
-    pub bounce: f64,
-}
-
-/// Hard and without a bounce.
-impl Default for Stop {
-    fn default() -> Self {
-        Self { erp: 1.0, cfm: 0.0, bounce: 0.0 }
-    }
+pub struct Mesh {
+    /// As the model names it.
+    pub file: String,
+    /// The hull's corners, in the file's unit.
+    pub points: Vec<Point3<f64>>,
 }
 
 /// Joints and contacts that belong together: a leg.
@@ -220,23 +109,39 @@ impl Morphology {
     /// # Errors
     /// All that is wrong with it, each with its place.
     pub fn open(path: &Path) -> Result<Self, Problems> {
-        Self::read(&Document::open(path)?)
+        Self::read(&Document::open(path)?, path)
     }
 
-    /// Reads a model from a text; problems name it `source`.
+    /// Reads a model from a text; problems name it `source`, and files that it names are looked for
+    /// where that path says it is.
     ///
     /// # Errors
     /// All that is wrong with it, each with its place.
     pub fn parse(source: &str, text: &str) -> Result<Self, Problems> {
-        Self::read(&Document::parse(source, text)?)
+        Self::read(&Document::parse(source, text)?, source.as_ref())
     }
 
-    /// Reads a model from a document, in which keys may have been changed since it was a file.
+    /// Reads a model from a document, in which keys may have been changed since it was a file; files
+    /// that it names are looked for beside `path`.
     ///
     /// # Errors
     /// All that is wrong with it, each with its place.
-    pub fn read(document: &Document) -> Result<Self, Problems> {
-        check(&document.read(ModelFile::read)?)
+    pub fn read(document: &Document, path: &Path) -> Result<Self, Problems> {
+        check(&document.read(ModelFile::read)?, path.parent().unwrap_or(path))
+    }
+
+    /// What makes a model's text whole, put behind it: what it takes from mesh files, as `[[mesh]]`.
+    /// With this it's the same robot wherever it lies; empty if it needs no file.
+    #[must_use]
+    pub fn meshes_as_text(&self) -> String {
+        let mut text = String::new();
+        for Mesh { file, points } in &self.meshes {
+            let points: Vec<_> =
+                points.iter().map(|it| format!("[{:?}, {:?}, {:?}]", it.x, it.y, it.z)).collect();
+            let file = file.replace('\\', "\\\\").replace('"', "\\\"");
+            text += &format!("\n[[mesh]]\nfile = \"{file}\"\npoints = [{}]\n", points.join(", "));
+        }
+        text
     }
 
     /// The robot's name.
@@ -306,6 +211,12 @@ impl Morphology {
         &self.penalised
     }
 
+    /// Pairs of bodies that never collide, whether or not others do.
+    #[must_use]
+    pub fn no_collision(&self) -> &[[usize; 2]] {
+        &self.no_collision
+    }
+
     /// The body and the direction in it that say where forward is.
     #[must_use]
     pub fn heading(&self) -> &Heading {
@@ -349,10 +260,21 @@ impl Morphology {
         self.bodies.iter().map(|body| body.mass_kg).sum()
     }
 
-    /// The degrees of freedom of the joints and of the robot in space.
+    /// The degrees of freedom of the joints and, if no joint holds it to the world, of the robot in
+    /// space.
     #[must_use]
     pub fn degrees_of_freedom(&self) -> usize {
-        6 + self.joints.iter().map(|joint| joint.axes.len()).sum::<usize>()
+        let is_held = self.joints.iter().any(|joint| joint.parent.is_none());
+        let in_space = if is_held { 0 } else { 6 };
+        in_space + self.joints.iter().map(|joint| joint.axes.len()).sum::<usize>()
+    }
+
+    /// The ids of all axes, joint by joint.
+    pub fn axes(&self) -> impl Iterator<Item = AxisId> {
+        let of = |(joint, it): (usize, &Joint)| {
+            (0..it.axes.len()).map(move |axis| AxisId { joint, axis })
+        };
+        self.joints.iter().enumerate().flat_map(of)
     }
 
     /// The axis that an id names.

@@ -1,12 +1,13 @@
 //! A robot in a world: a morphology built, sensed and actuated.
 
-use bullet::{Axis, BodyId, BodyState, Contact, JointId, MotorCommand, MotorState, World};
+use bullet::{BodyId, BodyState, Contact, JointId, MotorState, World};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::{
-    AxisId, Joint, JointAxis, Morphology,
-    build::{Part, add_body, bullet_axis, bullet_joint},
-    centre_of_gravity_m, servo_velocity,
+    Morphology,
+    axes::Axes,
+    build::{Part, add_body, add_joint},
+    centre_of_gravity_m,
 };
 
 /// What a robot refused, or what its world did.
@@ -78,48 +79,22 @@ pub struct Robot {
     /// The index of each of the world's bodies among the parts.
     part_of_slot: Vec<Option<usize>>,
     joints: Vec<JointId>,
-    /// Those that move, which alone are looked at: an angle takes an arc tangent.
-    moving: Vec<JointId>,
     joint_names: Vec<(String, usize)>,
-    sensors: Vec<Sensor>,
-    servos: Vec<ServoDrive>,
-    /// The joint of each servo.
-    driven: Vec<JointId>,
+    axes: Axes,
     contacts: Vec<usize>,
     penalised: Vec<usize>,
     heading: (usize, Vector3<f64>),
     touch_distance_m: f64,
     /// Buffers.
     states: Vec<BodyState>,
-    /// `[3 x n_moving]`, about x, y, z, in rad.
-    angles: Vec<f64>,
     contact_points: Vec<Contact>,
     touching: Vec<bool>,
-    commands: Vec<MotorCommand>,
     motors: Vec<MotorState>,
 }
 
-#[derive(Debug)]
-struct Sensor {
-    joint: JointId,
-    /// Its place among the angles of joints that move.
-    angle: usize,
-    place: Axis,
-    axis: JointAxis,
-}
-
-#[derive(Debug)]
-struct ServoDrive {
-    sensor: Sensor,
-    speed_limit_rad_s: f64,
-    torque_limit_nm: f64,
-    /// In rad.
-    target: f64,
-}
-
 impl Robot {
-    /// Builds a robot in its start pose. Its servos hold the middle of their ranges, the neutral
-    /// command, until [`Robot::actuate`].
+    /// Builds a robot in its start pose. Its servos hold the neutral command, which for those of position
+    /// is the middle of their ranges, until [`Robot::actuate`].
     ///
     /// # Errors
     /// What the world refuses. It then has some parts of the robot.
@@ -132,56 +107,27 @@ impl Robot {
             part_of_slot[part.id.index()] = Some(index);
             parts.push(part);
         }
+        for &[a, b] in morphology.no_collision() {
+            world.keep_apart(parts[a].id, parts[b].id)?;
+        }
         let mut joints = Vec::new();
         for joint in morphology.joints() {
-            joints.push(world.add_joint(&bullet_joint(joint, morphology, &parts))?);
+            joints.push(add_joint(joint, morphology, &parts, world)?);
         }
-        let moves = |(_, joint): &(&JointId, &Joint)| !joint.axes.is_empty();
-        let moving: Vec<_> =
-            joints.iter().zip(morphology.joints()).filter(moves).map(|(&id, _)| id).collect();
-        let sensor = |&id: &AxisId| {
-            let joint = joints[id.joint];
-            let place = bullet_axis(morphology.joints()[id.joint].kind, morphology.axis(id).about);
-            // The joints' ids grow.
-            let among_moving = moving.partition_point(|other| *other < joint);
-            Sensor {
-                joint,
-                angle: 3 * among_moving + place.index() - Axis::AngularX.index(),
-                place,
-                axis: morphology.axis(id).clone(),
-            }
-        };
-        let drive = |id: &AxisId| {
-            let sensor = sensor(id);
-            let servo = sensor.axis.servo?;
-            Some(ServoDrive {
-                speed_limit_rad_s: servo.speed_limit_rad_s,
-                torque_limit_nm: servo.torque_limit_nm,
-                target: sensor.axis.angle_of(0.0),
-                sensor,
-            })
-        };
-        let sensors = morphology.sensors().iter().map(sensor).collect();
-        let servos: Vec<_> = morphology.actuators().iter().filter_map(drive).collect();
         let heading = morphology.heading();
         let mut robot = Self {
             touching: vec![false; parts.len()],
             parts,
             part_of_slot,
+            axes: Axes::new(morphology, &joints),
             joints,
-            moving,
             joint_names: morphology.joints().iter().map(|j| (j.name.clone(), j.child)).collect(),
-            sensors,
-            driven: servos.iter().map(|servo| servo.sensor.joint).collect(),
-            servos,
             contacts: morphology.contacts().to_vec(),
             penalised: morphology.penalised().to_vec(),
             heading: (heading.body, heading.axis.into_inner()),
             touch_distance_m: morphology.touch_distance_m(),
             states: Vec::new(),
-            angles: Vec::new(),
             contact_points: Vec::new(),
-            commands: Vec::new(),
             motors: Vec::new(),
         };
         robot.update_poses(world)?;
@@ -203,10 +149,6 @@ impl Robot {
         Ok(())
     }
 
-    fn update_joints(&mut self, world: &World) -> Result<(), Error> {
-        world.read_angles_of(&self.moving, &mut self.angles).map_err(other_world)
-    }
-
     /// Looks at the world as it is now; the readings are put into `out`, which keeps its room. What
     /// [`Robot::centre_of_gravity_m`] and the other methods after it tell is of this moment, too.
     ///
@@ -214,18 +156,11 @@ impl Robot {
     /// A world without the robot; what the world says of its state.
     pub fn sense(&mut self, world: &World, out: &mut Readings) -> Result<(), Error> {
         self.update_poses(world)?;
-        self.update_joints(world)?;
+        self.axes.update(world)?;
         world.read_contacts(&mut self.contact_points)?;
         self.update_contacts();
 
-        out.values.clear();
-        out.clipped.clear();
-        for sensor in &self.sensors {
-            let angle = self.angles[sensor.angle];
-            let value = sensor.axis.value_of(angle);
-            out.values.push(value.clamp(-1.0, 1.0));
-            out.clipped.push(value.abs() > 1.0);
-        }
+        self.axes.sense(out);
         let touches = self.contacts.iter().map(|&part| f64::from(u8::from(self.touching[part])));
         out.values.extend(touches);
         Ok(())
@@ -247,8 +182,8 @@ impl Robot {
         }
     }
 
-    /// Sets the targets of all servos, `[n_actuators]`, each within -1 to 1 over its range.
-    /// [`Robot::drive`] then holds them.
+    /// Sets the commands of all servos, `[n_actuators]`, each within -1 to 1: over an axis' range for one
+    /// of position, else the share of its limit. [`Robot::drive`] then holds them.
     ///
     /// # Errors
     /// Another number of targets, or one that's NaN or beyond; the targets are then as before.
@@ -256,38 +191,26 @@ impl Robot {
         let refused = |argument: &str, expected: String, value: String| {
             Err(Error::Target { argument: argument.into(), expected, value })
         };
-        if targets.len() != self.servos.len() {
-            let expected = format!("{} targets", self.servos.len());
+        if targets.len() != self.n_actuators() {
+            let expected = format!("{} targets", self.n_actuators());
             return refused("targets", expected, targets.len().to_string());
         }
         if let Some(i) = targets.iter().position(|target| !(-1.0..=1.0).contains(target)) {
             let value = targets[i].to_string();
             return refused(&format!("targets[{i}]"), "from -1 to 1".into(), value);
         }
-        for (servo, &target) in self.servos.iter_mut().zip(targets) {
-            servo.target = servo.sensor.axis.angle_of(target);
-        }
+        self.axes.actuate(targets);
         Ok(())
     }
 
-    /// Applies the [servo law](servo_velocity) to all servos: once before each physics step.
+    /// Applies the [servos' law](crate::servo_command) to all servos, and what resists to all axes: once
+    /// before each physics step.
     ///
     /// # Errors
     /// What the world refuses.
     pub fn drive(&mut self, world: &mut World) -> Result<(), Error> {
-        self.update_joints(world)?;
-        self.commands.clear();
-        for servo in &self.servos {
-            let Sensor { joint, angle, place, .. } = servo.sensor;
-            let angle = self.angles[angle];
-            self.commands.push(MotorCommand {
-                joint,
-                axis: place,
-                target_velocity: servo_velocity(servo.target, angle, servo.speed_limit_rad_s),
-                max_force: servo.torque_limit_nm,
-            });
-        }
-        Ok(world.set_motors(&self.commands)?)
+        self.axes.update(world)?;
+        Ok(world.set_motors(self.axes.commands())?)
     }
 
     /// Drives and steps `n` times: a control step of `n` physics steps.
@@ -303,14 +226,16 @@ impl Robot {
     }
 
     /// Adds the mechanical work of each servo in the last physics step to `work_j`, `[n_actuators]`, in
-    /// J: its torque times how far its axis turned, negative where it brakes.
+    /// J: its torque times how far its axis turned, negative where it brakes. With it counts what
+    /// [resists](crate::Resistance) that axis, which one motor does together with the servo.
     ///
     /// # Errors
     /// A world without the robot, or one that doesn't [measure](World::measure_motors).
     pub fn add_work(&mut self, world: &World, work_j: &mut [f64]) -> Result<(), Error> {
-        world.read_motors_of(&self.driven, &mut self.motors).map_err(other_world)?;
-        for ((work_j, motor), servo) in work_j.iter_mut().zip(&self.motors).zip(&self.servos) {
-            *work_j += motor.work[servo.sensor.place.index()];
+        world.read_motors_of(self.axes.driven(), &mut self.motors).map_err(other_world)?;
+        for ((work_j, motor), place) in work_j.iter_mut().zip(&self.motors).zip(self.axes.places())
+        {
+            *work_j += motor.work[place.index()];
         }
         Ok(())
     }
@@ -381,7 +306,7 @@ impl Robot {
     /// Length of the targets.
     #[must_use]
     pub fn n_actuators(&self) -> usize {
-        self.servos.len()
+        self.axes.n_actuators()
     }
 
     /// The world's id of a part, by its index in the morphology.
@@ -398,7 +323,7 @@ impl Robot {
 }
 
 /// A joint that isn't there is one of another world's.
-fn other_world(error: bullet::Error) -> Error {
+pub(crate) fn other_world(error: bullet::Error) -> Error {
     match error {
         bullet::Error::UnknownId { .. } => Error::OtherWorld,
         error => error.into(),

@@ -13,26 +13,52 @@
 //! which is 60 degrees for stops with an erp of 1, and never a quarter turn. Where both turn nothing
 //! is locked, and ranges correct nothing within their ends.
 
+//!
+//! # Moments that nothing has
+//! Each principal moment of a solid is at most the sum of the two others. Files of robots have others
+//! now and then; Bullet takes them, and turns such a body as nothing would turn.
+
 use config::Problem;
 
 use crate::{
-    JointKind, Turn,
-    file::{JointFile, ModelFile},
+    Freedom, Turn,
+    file::{BodyFile, JointFile, ModelFile},
 };
+
+/// What rounding in a file may add to a moment: a plate's is the sum of the others.
+const SLACK: f64 = 1e-3;
 
 /// Beyond, the stops that hold are so soft that an axis hardly comes near its ends.
 const FARTHEST_DEG: f64 = 85.0;
 
 pub(crate) fn warnings(file: &ModelFile) -> Vec<Problem> {
-    file.joints.iter().filter_map(far_turn).collect()
+    let bodies = file.bodies.iter().filter_map(impossible);
+    bodies.chain(file.joints.iter().filter_map(far_turn)).collect()
+}
+
+fn impossible(body: &BodyFile) -> Option<Problem> {
+    let moments = body.inertia_kg_m2.as_ref()?;
+    let (largest, sum) = (moments.value.max(), moments.value.sum());
+    if largest <= (sum - largest) * (1.0 + SLACK) {
+        return None;
+    }
+    let message = format!(
+        "body '{}': inertia_kg_m2: no solid has a moment of {largest} beside two that are {} together",
+        body.name.value,
+        sum - largest
+    );
+    Some(Problem { place: moments.place.clone(), message })
 }
 
 fn far_turn(joint: &JointFile) -> Option<Problem> {
-    if joint.kind != JointKind::Spherical || joint.axes.len() == 3 {
+    let n_turns = joint.axes.iter().filter(|axis| !axis.freedom.is_linear()).count();
+    if !joint.kind.is_six_dof() || n_turns == 3 {
         return None;
     }
-    let (index, axis) = joint.axes.iter().enumerate().find(|(_, axis)| axis.about == Turn::Y)?;
-    let reach_rad = axis.upper_rad.max(-axis.lower_rad) + axis.stop_margin_rad;
+    let about_y = Freedom::About(Turn::Y);
+    let (index, axis) = joint.axes.iter().enumerate().find(|(_, axis)| axis.freedom == about_y)?;
+    let [lower, upper] = axis.range?;
+    let reach_rad = upper.max(-lower) + axis.stop_margin;
     let erp = joint.stop.erp;
     if erp < 2.0 * libm::cos(reach_rad) {
         return None;

@@ -127,10 +127,10 @@ fn joints_are_those_of_the_table() {
             _ => (JointKind::SliderHinge, false),
         };
         assert_eq!(joint.kind, expected, "{name}");
-        assert_eq!(svenja.bodies()[joint.parent].name, source, "{name}");
+        assert_eq!(svenja.bodies()[joint.parent.unwrap()].name, source, "{name}");
         assert_eq!(svenja.bodies()[joint.child].name, destination, "{name}");
-        let from_source =
-            joint.frame.translation.vector - svenja.bodies()[joint.parent].pose.translation.vector;
+        let from_source = joint.frame.translation.vector
+            - svenja.bodies()[joint.parent.unwrap()].pose.translation.vector;
         assert!((from_source - Vector3::from(anchor)).norm() < EPSILON, "{name}");
         if kind == "fixed" {
             assert!(joint.axes.is_empty());
@@ -142,21 +142,22 @@ fn joints_are_those_of_the_table() {
         let ours = joint
             .axes
             .iter()
-            .find(|ours| ((joint.frame.rotation * ours.about.unit()).dot(&turn)).abs() > 0.99)
+            .find(|ours| {
+                ((joint.frame.rotation * ours.freedom.direction().unit()).dot(&turn)).abs() > 0.99
+            })
             .unwrap();
-        let in_space = joint.frame.rotation * ours.about.unit();
+        let in_space = joint.frame.rotation * ours.freedom.direction().unit();
         let sign = if hip { -1.0 } else { 1.0 };
         for (command, end) in [-1.0, 1.0].into_iter().zip(ends) {
             let published = turn * (sign * range[usize::from(end)].to_radians());
-            let error = (in_space * ours.angle_of(command) - published).norm();
+            let error = (in_space * ours.position_of(command) - published).norm();
             assert!(error < EPSILON, "{name} {axis}, command {command}: {error}");
         }
         let margin = if hip { 0.1 } else { 0.0 };
-        assert!((ours.stop_margin_rad - margin).abs() < EPSILON, "{name}");
+        assert!((ours.stop_margin - margin).abs() < EPSILON, "{name}");
         let servo = ours.servo.unwrap();
-        assert_eq!((servo.speed_limit_rad_s, servo.torque_limit_nm), (0.5, 750.0), "{name}");
-        let spring =
-            ours.spring.map(|s| (s.stiffness_nm_rad, s.damping_nms_rad, s.equilibrium_rad));
+        assert_eq!((servo.speed_limit, servo.force_limit), (0.5, 750.0), "{name}");
+        let spring = ours.spring.map(|s| (s.stiffness, s.damping, s.equilibrium));
         assert_eq!(spring, hip.then_some((0.1, 1.0, 0.0)), "{name}");
         assert_eq!((joint.stop.erp, joint.stop.cfm), (1.0, 0.0), "{name}");
         n_axes += 1;
@@ -208,7 +209,7 @@ fn legs_reach_from_anchor_to_anchor() {
     for joint in svenja.joints().iter().filter(|joint| joint.kind != JointKind::Fixed) {
         let ends = |body: usize| {
             let body = &svenja.bodies()[body];
-            let (svenja::Shape::Capsule(rod), pose) = (&body.shape, &body.pose) else {
+            let (svenja::Shape::Capsule(rod), pose) = (&body.colliders[0].shape, &body.pose) else {
                 return None;
             };
             Some([pose * rod.from_m, pose * rod.to_m])
@@ -217,7 +218,7 @@ fn legs_reach_from_anchor_to_anchor() {
         let child = ends(joint.child).unwrap();
         // Six decimals in the file.
         assert!((child[0] - anchor).norm() < 2e-6, "{}", joint.name);
-        if let Some(parent) = ends(joint.parent) {
+        if let Some(parent) = ends(joint.parent.unwrap()) {
             assert!((parent[1] - anchor).norm() < 2e-6, "{}", joint.name);
         }
     }

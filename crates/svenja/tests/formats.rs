@@ -5,7 +5,11 @@ use std::collections::BTreeSet;
 
 use svenja::Morphology;
 
-const READER: &str = include_str!("../src/file.rs");
+const READER: &str = concat!(
+    include_str!("../src/file/mod.rs"),
+    include_str!("../src/file/body.rs"),
+    include_str!("../src/file/joint.rs"),
+);
 
 /// The section about model files.
 fn section() -> &'static str {
@@ -38,7 +42,7 @@ fn parse(text: &str) -> Morphology {
 
 /// Keys that the reader asks for.
 fn keys_read() -> BTreeSet<&'static str> {
-    let methods = ["required", "optional", "or", "table", "required_table", "tables"];
+    let methods = ["required", "optional", "or", "given_or", "table", "required_table", "tables"];
     let mut keys = BTreeSet::new();
     for method in methods.into_iter().chain(["named_tables"]) {
         for call in READER.split(&format!(".{method}(")).skip(1) {
@@ -96,10 +100,12 @@ fn the_complete_robot_is_one() {
 fn the_snippets_together_are_a_robot() {
     let text = all_snippets();
     let robot = parse(&text);
-    for kind in ["box", "sphere", "cylinder", "capsule"] {
-        assert!(robot.bodies().iter().any(|body| body.shape.name() == kind), "no {kind}");
+    let mut shapes = robot.bodies().iter().flat_map(|body| &body.colliders);
+    for kind in ["box", "sphere", "cylinder", "capsule", "ellipsoid", "hull"] {
+        assert!(shapes.clone().any(|it| it.shape.name() == kind), "no {kind}");
     }
-    for kind in ["fixed", "hinge", "slider-hinge", "spherical"] {
+    assert!(shapes.any(|it| it.pose != nalgebra::Isometry3::identity()));
+    for kind in ["fixed", "hinge", "slider-hinge", "spherical", "slider", "general"] {
         assert!(robot.joints().iter().any(|joint| joint.kind.name() == kind), "no {kind} joint");
     }
 
@@ -114,13 +120,41 @@ fn the_snippets_together_are_a_robot() {
         let id = robot.actuators().iter().find(|&&id| robot.axis_name(id) == name);
         robot.axis(*id.unwrap())
     };
-    let degrees = |name: &str, command: f64| axis(name).angle_of(command).to_degrees();
+    let degrees = |name: &str, command: f64| axis(name).position_of(command).to_degrees();
     // Roundings of radians.
     let is = |angle: f64, expected: f64| assert!((angle - expected).abs() < 1e-12, "{angle}");
     is(degrees("left shoulder/lift", -1.0), -20.0);
     is(degrees("left shoulder/lift", 0.0), 10.0);
     is(degrees("left shoulder/lift", 1.0), 40.0);
     is(degrees("left shoulder/swing", 1.0), -30.0);
+    assert_eq!((axis("weight").position_of(-1.0), axis("weight").position_of(1.0)), (-0.15, 0.15));
+
+    // One that turns on for ever.
+    let turn = axis("rail/turn");
+    is(degrees("rail/turn", -1.0), -180.0);
+    is(turn.value_of(190_f64.to_radians()), turn.value_of(-170_f64.to_radians()));
+    is(turn.way(170_f64.to_radians(), -170_f64.to_radians()), 20_f64.to_radians());
+}
+
+/// With the same corners in the model's own text no file is read.
+#[test]
+fn a_model_with_its_meshes_needs_no_files() {
+    let folder = tempfile::TempDir::new().unwrap();
+    std::fs::create_dir(folder.path().join("meshes")).unwrap();
+    let obj = "v -80 -60 0\nv 80 -60 0\nv 0 120 0\nv 0 0 90\nv 0 0 -60\nv 1 2 3\n";
+    std::fs::write(folder.path().join("meshes/skull.obj"), obj).unwrap();
+    let text = all_snippets().replace("skull.stl", "skull.obj");
+    let (start, rest) = text.split_once("[[mesh]]").unwrap();
+    let without = format!("{start}{}", &rest[rest.find("[[body]]").unwrap()..]);
+    let path = folder.path().join("model.toml");
+    let read = Morphology::parse(path.to_str().unwrap(), &without).unwrap();
+    let whole = without.clone() + &read.meshes_as_text();
+    let copy = parse(&whole);
+    assert_eq!(copy.bodies(), read.bodies());
+    assert_eq!(copy.bodies(), parse(&text).bodies());
+    assert_eq!(copy.meshes_as_text(), "", "it's whole already");
+    let said = Morphology::parse("elsewhere.toml", &without).unwrap_err().to_string();
+    assert!(said.contains("file must be a mesh: meshes/skull.obj: can't be read: "), "{said}");
 }
 
 /// A joint's anchor is of its parent; the page draws children where it puts them.
@@ -141,7 +175,7 @@ fn defaults_are_as_stated() {
         .replacen(
             "heading",
             "self_collision = false\nlocomotion_scale = 1.0\n\
-             touch_distance_m = 0.002\ntouch = []\npenalised = []\nsensors = ['nod']\n\
+             touch_distance_m = 0.002\ntouch = []\npenalised = []\nno_collision = []\nsensors = ['nod']\n\
              actuators = ['nod']\nstart = { position_m = [0, 0, 0], rotation_deg = [0, 0, 0] }\n\
              heading",
             1,
@@ -157,7 +191,13 @@ fn defaults_are_as_stated() {
         )
         .replace(
             "about = \"x\"",
-            "about = \"x\", name = \"x\", reversed = false, stop_margin_deg = 0.0",
+            "about = \"x\", name = \"x\", reversed = false, stop_margin_deg = 0.0, \
+             friction_nm = 0.0, damping_nms_rad = 0.0",
+        )
+        .replace("[servo.motor]", "[servo.motor]\nkind = 'position'")
+        .replace(
+            "shape = { ",
+            "shape = { position_m = [0.0, 0.0, 0.0], rotation_deg = [0.0, 0.0, 0.0], ",
         );
     assert_eq!(parse(&stated), parse(bare));
 }

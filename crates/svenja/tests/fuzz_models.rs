@@ -231,14 +231,14 @@ fn check_morphology(robot: &Morphology) {
     check_tree(robot);
     for body in bodies {
         assert!(body.mass_kg > 0.0 && body.mass_kg.is_finite());
-        let inertia = body.shape.inertia_kg_m2(body.mass_kg);
+        let inertia = body.inertia().moments_kg_m2;
         assert!(inertia.iter().all(|moment| moment.is_finite() && *moment > 0.0), "{inertia}");
         assert!(body.pose.to_matrix().iter().all(|number| number.is_finite()));
     }
     for axis in joints.iter().flat_map(|joint| &joint.axes) {
-        assert!(axis.lower_rad <= 0.0 && axis.upper_rad >= 0.0 && axis.lower_rad < axis.upper_rad);
-        let range = axis.lower_rad..=axis.upper_rad;
-        assert!(axis.spring.is_none_or(|spring| range.contains(&spring.equilibrium_rad)));
+        let [lower, upper] = axis.range.unwrap_or([-4.0, 4.0]);
+        assert!(lower <= 0.0 && upper >= 0.0 && lower < upper);
+        assert!(axis.spring.is_none_or(|spring| (lower..=upper).contains(&spring.equilibrium)));
     }
     let in_range = |id: &AxisId| joints.get(id.joint).is_some_and(|j| id.axis < j.axes.len());
     for axes in [robot.sensors(), robot.actuators()] {
@@ -264,6 +264,7 @@ fn check_tree(robot: &Morphology) {
     for joint in robot.joints() {
         assert_eq!(parents[joint.child].replace(joint.parent), None, "two parents");
     }
+    let parents: Vec<Option<usize>> = parents.into_iter().map(Option::flatten).collect();
     assert_eq!(parents.iter().filter(|parent| parent.is_none()).count(), 1, "roots");
     for body in 0..parents.len() {
         let ways_up = std::iter::successors(Some(body), |&body| parents[body]);

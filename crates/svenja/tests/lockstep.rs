@@ -131,28 +131,49 @@ fn alone(morphology: &Morphology, number: usize, n: usize, measured: bool) -> Ve
     (0..n).map(step).collect()
 }
 
+/// What lanes are expected to do of a model.
+#[derive(Clone, Copy, PartialEq)]
+enum Rows {
+    /// All of its joints have lanes that make their rows.
+    InLanes,
+    /// Some haven't: hinges, and joints to what doesn't move.
+    Bullets,
+    Either,
+}
+
 fn check(model: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models").join(model);
-    let morphology = Morphology::open(&path).unwrap();
+    let rows = if model.starts_with("svenja") { Rows::InLanes } else { Rows::Either };
+    let counts = check_model(model, &Morphology::open(&path).unwrap(), rows);
+    assert!(counts.bullet_moves * 10 < counts.swept, "{model}: {counts:?}");
+}
+
+/// Returns what the widest instructions did last.
+fn check_model(model: &str, morphology: &Morphology, rows: Rows) -> LockstepCounts {
     let n = steps();
-    let expected: Vec<Vec<u64>> = (0..WORLDS).map(|i| alone(&morphology, i, n, false)).collect();
+    let expected: Vec<Vec<u64>> = (0..WORLDS).map(|i| alone(morphology, i, n, false)).collect();
+    let mut last = LockstepCounts::default();
     for instructions in Instructions::ALL.into_iter().filter(|it| it.are_available()) {
         for count in [1, 3, 8, 16, 20] {
             let what = format!("{model}, {instructions:?}, {count} worlds");
-            let counts = together(&morphology, instructions, &expected[..count], &what, false);
+            let counts = together(morphology, instructions, &expected[..count], &what, false);
             println!("{what}: {counts:?}");
             // Or nothing was compared.
             assert!(counts.swept * 10 > (n * count) as u64 * 9, "{what}: {counts:?}");
-            // All of a Svenja's joints have lanes that make their rows.
-            assert!(!model.starts_with("svenja") || counts.bullet_rows == 0, "{what}: {counts:?}");
-            assert!(counts.bullet_moves * 10 < counts.swept, "{what}: {counts:?}");
+            let in_lanes = counts.bullet_rows == 0;
+            assert!(
+                rows == Rows::Either || in_lanes == (rows == Rows::InLanes),
+                "{what}: {counts:?}"
+            );
+            last = counts;
         }
         // Worlds that measure their motors have Bullet's rows.
         let what = format!("{model}, {instructions:?}, motors measured");
-        let expected: Vec<_> = (0..3).map(|i| alone(&morphology, i, n.min(60), true)).collect();
-        let counts = together(&morphology, instructions, &expected, &what, true);
+        let expected: Vec<_> = (0..3).map(|i| alone(morphology, i, n.min(60), true)).collect();
+        let counts = together(morphology, instructions, &expected, &what, true);
         assert!(counts.swept > 0 && counts.bullet_rows == counts.swept, "{what}: {counts:?}");
     }
+    last
 }
 
 /// Steps worlds together, and compares them with what each does alone.
@@ -209,3 +230,106 @@ models! {
     svenja_constrained: "svenja-constrained.toml",
     worm: "worm.toml",
 }
+
+/// The robot of docs/formats.md, which has everything that a file can have.
+#[test]
+fn all_keys_at_once() {
+    let page = include_str!("../../../docs/formats.md");
+    let snippets = page.split("```toml\n").skip(2).map(|rest| rest.split_once("```").unwrap().0);
+    let model = Morphology::parse("formats.md", &snippets.collect::<String>()).unwrap();
+    check_model("formats.md", &model, Rows::Bullets);
+}
+
+/// What slides, turns on for ever, is resisted, has several shapes or none: all of it in lanes.
+#[test]
+fn a_cart_of_new_kinds() {
+    let model = Morphology::parse("cart.toml", CART).unwrap();
+    check_model("cart", &model, Rows::InLanes);
+}
+
+const CART: &str = r#"
+name = "Cart"
+heading = { body = "cart" }
+mirror = { from = "left", to = "right" }
+self_collision = true
+no_collision = [["cart", "boom"]]
+touch = ["boom"]
+servo.wheel = { kind = "speed", speed_limit_rad_s = 8.0, torque_limit_nm = 20.0 }
+servo.boom = { kind = "torque", speed_limit_m_s = 2.0, force_limit_n = 300.0 }
+servo.turn = { speed_limit_rad_s = 3.0, torque_limit_nm = 50.0 }
+
+[[body]]
+name = "cart"
+mass_kg = 8.0
+position_m = [0.0, 0.0, 0.5]
+shapes = [
+    { kind = "box", half_extents_m = [0.2, 0.5, 0.05] },
+    { kind = "capsule", radius_m = 0.05, from_m = [-0.2, 0.0, 0.0], to_m = [0.2, 0.0, 0.0], position_m = [0.0, 0.4, 0.1] },
+]
+
+[[body]]
+name = "left wheel"
+mass_kg = 1.0
+friction = 0.9
+position_m = [-0.35, 0.3, 0.25]
+shape = { kind = "ellipsoid", radii_m = [0.08, 0.2, 0.2] }
+
+[[body]]
+name = "left caster"
+mass_kg = 0.5
+position_m = [-0.3, -0.4, 0.25]
+shape = { kind = "hull", file = "caster.stl", scale = 0.1 }
+
+[[body]]
+name = "swivel"
+mass_kg = 0.5
+position_m = [0.0, 0.0, 0.6]
+inertia_kg_m2 = [0.01, 0.01, 0.02]
+
+[[body]]
+name = "boom"
+mass_kg = 1.5
+position_m = [0.0, 0.3, 0.7]
+inertia_kg_m2 = [0.05, 0.01, 0.05]
+shape = { kind = "box", half_extents_m = [0.04, 0.4, 0.04], position_m = [0.0, 0.1, 0.0], rotation_deg = [5.0, 0.0, 0.0] }
+
+[[mesh]]
+file = "caster.stl"
+points = [[1, 1, 1], [-1, 1, 1], [1, -1, 1], [-1, -1, 1], [0, 0, -2]]
+
+[[joint]]
+name = "left wheel"
+kind = "spherical"
+parent = "cart"
+child = "left wheel"
+anchor_m = [-0.35, 0.3, -0.25]
+axes = [{ about = "x", servo = "wheel", friction_nm = 0.2, damping_nms_rad = 0.3 }]
+
+[[joint]]
+name = "left caster"
+kind = "slider"
+parent = "cart"
+child = "left caster"
+anchor_m = [-0.3, -0.4, -0.25]
+axes = [{ along = "z", range_m = [-0.1, 0.1], spring = { stiffness_n_m = 800.0, damping_ns_m = 40.0 }, friction_n = 3.0 }]
+
+[[joint]]
+name = "swivel"
+kind = "general"
+parent = "cart"
+child = "swivel"
+anchor_m = [0.0, 0.0, 0.1]
+axes = [{ about = "z", servo = "turn" }]
+
+[[joint]]
+name = "boom"
+kind = "general"
+parent = "swivel"
+child = "boom"
+anchor_m = [0.0, 0.0, 0.1]
+axes = [
+    { along = "y", range_m = [-0.2, 0.4], servo = "boom", damping_ns_m = 10.0 },
+    { about = "x", range_deg = [-30.0, 30.0], damping_nms_rad = 0.5 },
+    { along = "z", range_m = [-0.05, 0.05], spring = { stiffness_n_m = 500.0, damping_ns_m = 5.0 } },
+]
+"#;

@@ -7,7 +7,7 @@ use std::{
 };
 
 use nalgebra::Isometry3;
-use svenja::{Body, Joint, JointAxis, Morphology, Servo};
+use svenja::{Body, Joint, JointAxis, Morphology, Servo, Shape};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models")
@@ -87,14 +87,13 @@ fn svenja_constrained_is_svenja_but_for_the_stated_factors() {
         assert_eq!(of.axes.len(), found.axes.len(), "{}", of.name);
         for (of_axis, found) in of.axes.iter().zip(&found.axes) {
             let what = format!("{}/{}", of.name, of_axis.name);
-            assert_same(found.lower_rad, RANGE * of_axis.lower_rad, &what);
-            assert_same(found.upper_rad, RANGE * of_axis.upper_rad, &what);
+            let (of_range, range) = (of_axis.range.unwrap(), found.range.unwrap());
+            assert_same(range[0], RANGE * of_range[0], &what);
+            assert_same(range[1], RANGE * of_range[1], &what);
             let (of_servo, servo) = (of_axis.servo.unwrap(), found.servo.unwrap());
-            assert_same(servo.torque_limit_nm, TORQUE * of_servo.torque_limit_nm, &what);
-            let servo = Servo { torque_limit_nm: servo.torque_limit_nm, ..of_servo };
-            let (lower_rad, upper_rad) = (found.lower_rad, found.upper_rad);
-            let expected =
-                JointAxis { lower_rad, upper_rad, servo: Some(servo), ..of_axis.clone() };
+            assert_same(servo.force_limit, TORQUE * of_servo.force_limit, &what);
+            let servo = Servo { force_limit: servo.force_limit, ..of_servo };
+            let expected = JointAxis { range: Some(range), servo: Some(servo), ..of_axis.clone() };
             assert_eq!(*found, expected);
         }
     }
@@ -117,16 +116,25 @@ fn svenja_constrained_is_svenja_but_for_the_stated_factors() {
 fn no_robot_is_drawn_or_started_in_the_ground() {
     for (file, model) in models() {
         for body in model.bodies() {
-            let lowest = lowest_m(body, &(model.start() * body.pose));
-            // Rounded figures of a model that rests on the ground.
-            assert!(lowest > -1e-6, "{file}: '{}' starts at {lowest} m", body.name);
+            for collider in &body.colliders {
+                let pose = model.start() * body.pose * collider.pose;
+                let lowest = lowest_m(&collider.shape, &pose);
+                // Rounded figures of a model that rests on the ground.
+                assert!(lowest > -1e-6, "{file}: '{}' starts at {lowest} m", body.name);
+            }
         }
     }
 }
 
-fn lowest_m(body: &Body, pose: &Isometry3<f64>) -> f64 {
-    use svenja::Shape;
-    match &body.shape {
+fn lowest_m(shape: &Shape, pose: &Isometry3<f64>) -> f64 {
+    match shape {
+        Shape::Ellipsoid { radii_m } => {
+            let down = pose.rotation.inverse() * nalgebra::Vector3::z();
+            pose.translation.z - down.component_mul(radii_m).norm()
+        }
+        Shape::Hull(hull) => {
+            hull.points_m().iter().map(|it| (pose * it).z).fold(f64::INFINITY, f64::min)
+        }
         Shape::Sphere { radius_m } => pose.translation.z - radius_m,
         Shape::Box { half_extents_m } => {
             let down = pose.rotation.inverse() * nalgebra::Vector3::z();

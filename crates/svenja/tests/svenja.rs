@@ -78,11 +78,12 @@ impl Worst {
             self.drift = self.drift.max(Vector3::new(x, y, z).norm());
             for axis in &joint.axes {
                 let (worst, place) = match joint.kind {
-                    JointKind::Spherical => (&mut self.hip, 3 + axis.about.index()),
+                    JointKind::Spherical => (&mut self.hip, 3 + axis.freedom.direction().index()),
                     _ => (&mut self.knee, 3),
                 };
                 let angle = state.position[place];
-                *worst = worst.max(angle - axis.upper_rad).max(axis.lower_rad - angle);
+                let [lower, upper] = axis.range.unwrap();
+                *worst = worst.max(angle - upper).max(lower - angle);
             }
         }
     }
@@ -180,9 +181,9 @@ fn commands_move_each_joint_towards_the_end_they_name() {
             }
             let rotation = |body: usize| stage.robot.pose(body).rotation;
             let turn: UnitQuaternion<f64> =
-                rotation(joint.parent).inverse() * rotation(joint.child);
-            let axis = joint.frame.rotation * morphology.axis(id).about.unit();
-            let expected = axis * morphology.axis(id).angle_of(command);
+                rotation(joint.parent.unwrap()).inverse() * rotation(joint.child);
+            let axis = joint.frame.rotation * morphology.axis(id).freedom.direction().unit();
+            let expected = axis * morphology.axis(id).position_of(command);
             // Half a degree of the others' servos and its own, which still move everything.
             let error = (turn.scaled_axis() - expected).norm();
             assert!(error < 0.02, "{} {command}: off by {error}", morphology.axis_name(id));

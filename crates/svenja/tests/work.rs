@@ -43,9 +43,9 @@ fn work_is_torque_times_the_turned_angle_of_the_same_axis() {
                     continue;
                 };
                 let (axis, joint) = (morphology.axis(id), &morphology.joints()[id.joint]);
-                let angle = |readings: &Readings| axis.angle_of(readings.values[sensor]);
+                let angle = |readings: &Readings| axis.position_of(readings.values[sensor]);
                 let turned = angle(&readings) - angle(&before);
-                let most = axis.servo.unwrap().torque_limit_nm;
+                let most = axis.servo.unwrap().force_limit;
                 if before.clipped[sensor] || readings.clipped[sensor] {
                     continue;
                 }

@@ -50,6 +50,7 @@ pub(super) enum Call {
     RemoveShape(ShapeId),
     AddBody(Body),
     RemoveBody(BodyId),
+    KeepApart(BodyId, BodyId),
     AddJoint(Box<Joint>),
     RemoveJoint(JointId),
     SetPose(BodyId, Isometry3<f64>),
@@ -130,6 +131,7 @@ pub(super) fn shape() -> impl Strategy<Value = Shape> {
         }),
         [size(), size(), size()].prop_map(|half| Shape::Box { half_extents: half.into() }),
         size().prop_map(|radius| Shape::Sphere { radius }),
+        [size(), size(), size()].prop_map(|radii| Shape::Ellipsoid { radii: radii.into() }),
         (size(), size(), along()).prop_map(|(radius, length, along)| Shape::Capsule {
             radius,
             length,
@@ -262,6 +264,7 @@ pub(super) fn call() -> impl Strategy<Value = Call> {
         2 => shape_id().prop_map(Call::RemoveShape),
         4 => body().prop_map(Call::AddBody),
         2 => body_id().prop_map(Call::RemoveBody),
+        2 => (body_id(), body_id()).prop_map(|(a, b)| Call::KeepApart(a, b)),
         4 => joint().prop_map(|joint| Call::AddJoint(Box::new(joint))),
         2 => joint_id().prop_map(Call::RemoveJoint),
         2 => (body_id(), pose()).prop_map(|(id, pose)| Call::SetPose(id, pose)),

@@ -160,6 +160,7 @@ impl Fuzz {
             Call::RemoveShape(id) => world.remove_shape(*id),
             Call::AddBody(body) => world.add_body(body).map(drop),
             Call::RemoveBody(id) => world.remove_body(*id),
+            Call::KeepApart(a, b) => world.keep_apart(*a, *b),
             Call::AddJoint(joint) => world.add_joint(joint).map(drop),
             Call::RemoveJoint(id) => world.remove_joint(*id),
             Call::SetPose(id, pose) => world.set_pose(*id, pose),

@@ -370,6 +370,30 @@ fn bodies_come_and_go() {
     });
 }
 
+/// Shapes of our own, and bodies that are kept apart from some that they meet.
+#[test]
+fn ellipsoids_and_what_is_kept_apart() {
+    let make = |i: usize| {
+        let mut world = World::new(&WorldSettings::default()).unwrap();
+        ground(&mut world);
+        let radii = Vector3::new(0.3, 0.1, 0.2);
+        let shape = world.add_shape(&Shape::Ellipsoid { radii }).unwrap();
+        let bodies = [0.4, 0.7, 1.0].map(|z| {
+            let turn = UnitQuaternion::from_euler_angles(0.3 * i as f64, 0.4, z);
+            let pose = Isometry3::from_parts(Translation3::new(0.02 * z, 0.0, z), turn);
+            world.add_body(&Body::dynamic(shape, 1.0, pose)).unwrap()
+        });
+        world.keep_apart(bodies[0], bodies[2]).unwrap();
+        world
+    };
+    let counts = compare("ellipsoids", (3, 150), make, |_, n, world| {
+        if n == 60 {
+            world.keep_apart(BodyId { slot: 1 }, BodyId { slot: 2 }).unwrap();
+        }
+    });
+    assert!(counts.swept > 0, "{counts:?}");
+}
+
 /// Two balls that something joins.
 fn pair(kind: JointKind) -> World {
     let mut world = World::new(&WorldSettings::default()).unwrap();

@@ -4,7 +4,7 @@ use bullet::{
     AxisSettings, Body, BodyId, CollisionFilter, Joint, JointKind, Lengthwise, Push, Shape, Stop,
     World, WorldSettings,
 };
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 use crate::lab::{
     EPS, G, assert_all_near, assert_near, at, ball, contacts, cuboid, grounded, position, see,
@@ -467,4 +467,91 @@ fn a_contact_is_found_as_far_ahead_as_the_smaller_body_is_large() {
             assert_eq!(!contacts(&world).is_empty(), found, "{radius}, {gap}");
         }
     }
+}
+
+/// One above the other on the ground: they end in each other, or one on top. A joint that comes and goes
+/// makes no difference, and neither does what is put in the place of a removed body.
+#[test]
+fn what_is_kept_apart_falls_through_each_other() {
+    let fallen = |kept: bool| {
+        let (mut world, _) = grounded(0.01, still_ground);
+        let shape = cuboid(&mut world, 0.2, 0.2, 0.2);
+        let lower = world.add_body(&Body::dynamic(shape, 1.0, at(0.0, 0.0, 0.2))).unwrap();
+        let upper = world.add_body(&Body::dynamic(shape, 1.0, at(0.0, 0.0, 0.61))).unwrap();
+        steps(&mut world, 20);
+        let settings = JointKind::Hinge(AxisSettings::free());
+        if kept {
+            // They touch already.
+            world.keep_apart(upper, lower).unwrap();
+            let joint = Joint::at(
+                &at(0.0, 0.0, 0.4),
+                settings,
+                (lower, &at(0.0, 0.0, 0.2)),
+                (upper, &at(0.0, 0.0, 0.6)),
+            );
+            let joint = world.add_joint(&joint).unwrap();
+            world.remove_joint(joint).unwrap();
+        }
+        steps(&mut world, 200);
+        let height = position(&world, upper).z;
+        world.remove_body(upper).unwrap();
+        // Likely where the removed one was.
+        let next = world.add_body(&Body::dynamic(shape, 1.0, at(0.0, 0.0, 0.61))).unwrap();
+        steps(&mut world, 200);
+        assert!(position(&world, next).z > 0.55, "it isn't kept apart");
+        height
+    };
+    assert_near("on top", fallen(false), 0.6, 0.01);
+    assert_near("within", fallen(true), 0.2, 0.01);
+}
+
+/// Along n the farthest point is |a n| from the centre, with the radii a.
+#[test]
+fn an_ellipsoid_touches_where_its_surface_is() {
+    let radii = Vector3::new(0.3, 0.1, 0.5);
+    for turn in [[0.0, 0.0, 0.0], [1.57, 0.0, 0.0], [0.4, -0.9, 2.1], [2.0, 1.0, 0.0]] {
+        let turn = UnitQuaternion::from_euler_angles(turn[0], turn[1], turn[2]);
+        let mut world = weightless(0.01);
+        let plane = world.add_shape(&Shape::ground()).unwrap();
+        world.add_body(&still_ground(plane)).unwrap();
+        let shape = world.add_shape(&Shape::Ellipsoid { radii }).unwrap();
+        let down = turn.inverse() * -Vector3::z();
+        let stretched = radii.component_mul(&down);
+        let height = stretched.norm();
+        let gap = 0.001;
+        let pose = Isometry3::from_parts(Vector3::new(0.5, 0.0, height + gap).into(), turn);
+        let body = world.add_body(&Body::dynamic(shape, 2.0, pose)).unwrap();
+        steps(&mut world, 1);
+        let contacts = contacts(&world);
+        let nearest = contacts.iter().min_by(|a, b| a.distance.total_cmp(&b.distance)).unwrap();
+        assert_near("gap", nearest.distance, gap, 20.0 * EPS);
+        let lowest = pose * Point3::from(radii.component_mul(&stretched) / height);
+        let found = Point3::from(nearest.point);
+        assert_near("where", (found.xy() - lowest.xy().coords).coords.norm(), 0.0, 1e-5);
+        // Two fifths of the mass, as for a ball; any handbook.
+        let (_, inertia) = world.mass_properties(body).unwrap();
+        let squares = radii.component_mul(&radii) * (2.0 / 5.0);
+        assert_near("inertia", inertia.x, squares.y + squares.z, 10.0 * EPS);
+        assert_near("inertia", inertia.z, squares.x + squares.y, 10.0 * EPS);
+    }
+}
+
+/// Two that fall upon each other: what touches isn't the boxes around them.
+#[test]
+fn ellipsoids_meet_each_other() {
+    let (mut world, _) = grounded(0.01, still_ground);
+    let radii = Vector3::new(0.2, 0.2, 0.1);
+    let shape = world.add_shape(&Shape::Ellipsoid { radii }).unwrap();
+    let mut body = |z: f64| {
+        let body = Body {
+            friction: 1.0,
+            rolling_friction: 0.05,
+            ..Body::dynamic(shape, 1.0, at(0.0, 0.0, z))
+        };
+        world.add_body(&body).unwrap()
+    };
+    let (lower, upper) = (body(0.1), body(0.31));
+    steps(&mut world, 30);
+    assert_near("on the ground", position(&world, lower).z, 0.1, 2e-3);
+    assert_near("on the other", position(&world, upper).z, 0.3, 4e-3);
 }

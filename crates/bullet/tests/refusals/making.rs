@@ -46,6 +46,9 @@ fn primitive_shapes_refuse_bad_sizes() {
     scene.refuses_vector("add_shape: box.half_extents", A_SIZE, POSITIVE, |world, half_extents| {
         world.add_shape(&Shape::Box { half_extents })
     });
+    scene.refuses_vector("add_shape: ellipsoid.radii", A_SIZE, POSITIVE, |world, radii| {
+        world.add_shape(&Shape::Ellipsoid { radii })
+    });
     type Make = fn(f64) -> Shape;
     let table: [(&str, Make); 5] = [
         ("sphere.radius", |radius| Shape::Sphere { radius }),

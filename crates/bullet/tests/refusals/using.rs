@@ -177,6 +177,30 @@ fn what_is_used_refuses_removal_and_what_was_removed_is_unknown() {
 }
 
 #[test]
+fn bodies_are_kept_apart_once_and_from_others() {
+    let mut scene = Scene::new();
+    let (bob, paddle) = (scene.bob, scene.paddle);
+    scene.refuses(
+        |world| world.keep_apart(bob, bob),
+        "keep_apart: b must be another body than a, got body 1",
+    );
+    scene.world.keep_apart(bob, paddle).unwrap();
+    for (a, b) in [(bob, paddle), (paddle, bob)] {
+        let expected = format!(
+            "keep_apart: b must be a body that isn't kept apart from a already, got body {}",
+            b.slot
+        );
+        scene.refuses(|world| world.keep_apart(a, b), &expected);
+    }
+    let never = BodyId { slot: 3 };
+    scene.refuses(
+        |world| world.keep_apart(bob, never),
+        "keep_apart: b 3 doesn't exist: only 3 were ever added",
+    );
+    scene.goes_on();
+}
+
+#[test]
 fn ids_that_never_were_are_refused_by_every_call_that_takes_one() {
     let mut scene = Scene::new();
     let (shape, body, joint) =

@@ -2,6 +2,7 @@
 
 mod bench;
 mod findings;
+mod import;
 mod json;
 mod merge;
 mod model;

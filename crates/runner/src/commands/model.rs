@@ -1,12 +1,12 @@
-//! `itarl model`: checks and shows model files.
+//! `itarl model`: checks and shows model files, and those of other formats.
 
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use svenja::{AxisId, Describe, Morphology};
 
-use super::{Outcome, json::print_json, print_line};
-use crate::{cli::Model, progress::notify};
+use super::{Outcome, import, json::print_json, print_line};
+use crate::{cli::Model, models, progress::notify};
 
 pub(super) fn model(arguments: &Model) -> anyhow::Result<Outcome> {
     match arguments {
@@ -26,6 +26,7 @@ pub(super) fn model(arguments: &Model) -> anyhow::Result<Outcome> {
             true => print_json("model show", Robot::new(model)),
             false => print_line(Describe(model)),
         }),
+        Model::Import(arguments) => import::import(arguments),
     }
 }
 
@@ -123,7 +124,7 @@ fn each(
 ) -> anyhow::Result<Outcome> {
     let mut outcome = Outcome::Done;
     for file in files {
-        match Morphology::open(file) {
+        match models::open_model(file) {
             Ok(model) => with(file, &model)?,
             Err(problems) => {
                 notify(problems);

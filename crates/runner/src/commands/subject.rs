@@ -12,6 +12,7 @@ use crate::{
     catalogue::{Catalogue, RunCell},
     experiment::Experiment,
     gait::Gait,
+    models,
     rollout::Driver,
     session::build_policy,
     training::this_bullet,
@@ -81,7 +82,7 @@ fn cell(folder: &Path) -> anyhow::Result<Subject> {
 
 /// With the paper's settings.
 fn model(path: &Path) -> anyhow::Result<Subject> {
-    let morphology = Morphology::open(path)?;
+    let morphology = models::open_model(path)?;
     let text = format!("model = {}", toml::Value::String(path.display().to_string()));
     let experiment = Document::parse("defaults", &text)?.read(Experiment::read)?;
     Ok(Subject { experiment, morphology, cell: None })

@@ -295,11 +295,14 @@ fn neighbours(morphology: &Morphology) -> Vec<[usize; 2]> {
     // Bodies that are fixed together have one number.
     let mut held: Vec<usize> = (0..morphology.bodies().len()).collect();
     for joint in morphology.joints().iter().filter(|joint| joint.axes.is_empty()) {
-        let (to, from) = (held[joint.parent], held[joint.child]);
+        let Some(parent) = joint.parent else { continue };
+        let (to, from) = (held[parent], held[joint.child]);
         held.iter_mut().filter(|it| **it == from).for_each(|it| *it = to);
     }
     let joint = |position: usize| &morphology.joints()[morphology.sensors()[position].joint];
-    let carries = |a: usize, b: usize| held[joint(a).child] == held[joint(b).parent];
+    let carries = |a: usize, b: usize| {
+        joint(b).parent.is_some_and(|parent| held[joint(a).child] == held[parent])
+    };
     let n = morphology.sensors().len();
     let pairs = (0..n).flat_map(|a| (a + 1..n).map(move |b| [a, b]));
     pairs.filter(|&[a, b]| carries(a, b) || carries(b, a)).collect()

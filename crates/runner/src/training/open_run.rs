@@ -2,7 +2,6 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    fs,
     path::Path,
 };
 
@@ -194,7 +193,10 @@ impl Files {
                 problems.extend(models::open(experiment).err().map(Vec::from).unwrap_or_default());
             }
             if known.insert(experiment.model.as_str()) && problems.is_empty() {
-                files.models.push(read_model(&experiment.model)?);
+                match copied(&experiment.model) {
+                    Ok(file) => files.models.push(file),
+                    Err(found) => problems.extend(Vec::from(found)),
+                }
             }
             let Some(path) = experiment.initial().filter(|path| known.insert(path)) else {
                 continue;
@@ -242,8 +244,8 @@ impl Files {
     }
 }
 
-fn read_model(path: &str) -> anyhow::Result<InputFile> {
-    let bytes = fs::read(path).with_context(|| format!("{path}: reading"))?;
+fn copied(path: &str) -> Result<InputFile, Problems> {
+    let bytes = models::copied(Path::new(path))?.into_bytes();
     // Stems differ, or cells would share a folder.
     let stem = Path::new(path).file_stem().unwrap_or_default().to_string_lossy();
     Ok(InputFile { path: path.into(), name: format!("{stem}.toml"), bytes })

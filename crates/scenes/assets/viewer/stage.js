@@ -83,10 +83,9 @@ class Stage {
     this.parts.forEach((part) => this.robot.add(part.group, part.spot));
     const place = new THREE.Vector3();
     clip.gravity(0, this.centre, place);
-    const reaches = clip.model.bodies.map(({ shape }, i) => {
+    const reaches = this.parts.map((part, i) => {
       clip.pose(0, i, place);
-      const ends = shape.from ? Math.max(Math.hypot(...shape.from), Math.hypot(...shape.to)) : 0;
-      return place.distanceTo(this.centre) + (shape.half ? Math.hypot(...shape.half) : shape.radius + ends);
+      return place.distanceTo(this.centre) + part.reach;
     });
     this.size = Math.max(0.1, ...reaches);
     // From line to line, in m: around small robots all is smaller.
@@ -95,8 +94,8 @@ class Stage {
     this.scene.fog.near = 14 * this.unit;
     this.scene.fog.far = GRID * this.unit;
     this.clearLabels();
-    this.parts.forEach(({ spot, shape }) => {
-      spot.scale.setScalar(1.3 * (shape.radius ?? Math.max(...shape.half.slice(0, 2))) + 0.015 * this.size);
+    this.parts.forEach(({ spot, breadth }) => {
+      spot.scale.setScalar(1.3 * breadth + 0.015 * this.size);
     });
     this.drawPath();
     const reach = this.size * 1.6;
@@ -108,21 +107,13 @@ class Stage {
 
   part(body) {
     const material = new THREE.MeshStandardMaterial({ color: body.colour, roughness: 0.62, metalness: 0.02 });
-    const mesh = new THREE.Mesh(geometryOf(body.shape), material);
-    mesh.castShadow = mesh.receiveShadow = true;
-    const { from, to } = body.shape;
-    if (from) {
-      const [a, b] = [new THREE.Vector3(...from), new THREE.Vector3(...to)];
-      mesh.position.addVectors(a, b).multiplyScalar(0.5);
-      mesh.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), b.sub(a).normalize());
-    }
     const group = new THREE.Group();
-    group.add(mesh);
+    body.shapes.forEach((shape) => group.add(solidOf(shape, material)));
     const glow = this.style(body.penalised ? "--warning" : "--contact");
     const light = new THREE.MeshBasicMaterial({ color: glow, transparent: true, opacity: 0.75, depthWrite: false });
     const spot = new THREE.Mesh(new THREE.CircleGeometry(1, 40), light);
     spot.position.z = 0.006;
-    return { group, material, spot, glow: new THREE.Color(glow), colour: new THREE.Color(body.colour), shape: body.shape };
+    return { group, material, spot, glow: new THREE.Color(glow), colour: new THREE.Color(body.colour), ...measuresOf(body.shapes) };
   }
 
   // On the ground below the centre of gravity: what is done, and what comes.
@@ -192,9 +183,8 @@ class Stage {
   }
 
   // Below the lowest end of what touches.
-  underfoot({ group, spot, shape }) {
-    const ends = shape.from ? [shape.from, shape.to] : [[0, 0, 0]];
-    const points = ends.map((end) => new THREE.Vector3(...end).applyQuaternion(group.quaternion).add(group.position));
+  underfoot({ group, spot, ends }) {
+    const points = ends.map((end) => end.clone().applyQuaternion(group.quaternion).add(group.position));
     const lowest = points.reduce((a, b) => (b.z < a.z ? b : a));
     spot.position.set(lowest.x, lowest.y, 0.006);
   }
@@ -308,13 +298,72 @@ function lines(chosen, half, height, material) {
   return new THREE.Mesh(geometry, material);
 }
 
-// three.js' capsules and cylinders lie along y.
+// A shape where it lies in its body.
+function solidOf(shape, material) {
+  const mesh = new THREE.Mesh(geometryOf(shape), material);
+  mesh.castShadow = mesh.receiveShadow = true;
+  const { from, to } = shape;
+  if (from) {
+    // three.js' capsules and cylinders lie along y.
+    const [a, b] = [new THREE.Vector3(...from), new THREE.Vector3(...to)];
+    mesh.position.addVectors(a, b).multiplyScalar(0.5);
+    mesh.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), b.sub(a).normalize());
+  }
+  if (shape.radii) mesh.scale.set(...shape.radii);
+  const place = new THREE.Group();
+  place.position.set(...shape.position);
+  place.quaternion.set(...shape.rotation);
+  place.add(mesh);
+  return place;
+}
+
+// Of shapes together: how far they reach from the body's origin, half of how broad the broadest is,
+// and the ends of which one touches the ground. What has no shape is a point.
+function measuresOf(shapes) {
+  const measures = { reach: 0, breadth: 0, ends: [] };
+  for (const shape of shapes) {
+    const turn = new THREE.Quaternion(...shape.rotation);
+    const place = (point) => new THREE.Vector3(...point).applyQuaternion(turn).add(new THREE.Vector3(...shape.position));
+    const half = shape.half ?? shape.radii;
+    const points = pointsOf(shape);
+    const radius = shape.radius ?? (half ? Math.hypot(...half) : 0);
+    const far = points.map((point) => place(point).length() + radius);
+    measures.reach = Math.max(measures.reach, ...far);
+    measures.breadth = Math.max(measures.breadth, breadthOf(shape));
+    measures.ends.push(...points.map(place));
+  }
+  if (measures.ends.length === 0) measures.ends.push(new THREE.Vector3());
+  return measures;
+}
+
+function breadthOf(shape) {
+  if (shape.radius) return shape.radius;
+  const sizes = shape.corners ? pointsOf(shape) : [shape.half ?? shape.radii];
+  return Math.max(...sizes.flatMap(([x, y]) => [Math.abs(x), Math.abs(y)]));
+}
+
+// Points around which a shape lies: the ends of a rod, the corners of a hull, the middle of others.
+function pointsOf(shape) {
+  if (shape.from) return [shape.from, shape.to];
+  if (!shape.corners) return [[0, 0, 0]];
+  const corners = [];
+  for (let i = 0; i < shape.corners.length; i += 3) corners.push(shape.corners.slice(i, i + 3));
+  return corners;
+}
+
 function geometryOf(shape) {
   const length = shape.from ? Math.hypot(...shape.from.map((value, i) => value - shape.to[i])) : 0;
   switch (shape.kind) {
     case "box": return new THREE.BoxGeometry(...shape.half.map((half) => 2 * half));
     case "sphere": return new THREE.SphereGeometry(shape.radius, 40, 24);
+    case "ellipsoid": return new THREE.SphereGeometry(1, 40, 24);
     case "capsule": return new THREE.CapsuleGeometry(shape.radius, length, 12, 32);
+    case "hull": {
+      const geometry = new THREE.BufferGeometry();
+      geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(shape.corners), 3));
+      geometry.computeVertexNormals();
+      return geometry;
+    }
     default: return new THREE.CylinderGeometry(shape.radius, shape.radius, length, 40);
   }
 }

@@ -1,11 +1,13 @@
-//! Where a ray meets a box, ball, capsule or cylinder, and how its surface lies there.
+//! Where a ray meets a shape, and how its surface lies there.
 //!
 //! A ray o + t d with |d| = 1 meets a ball of radius r around 0 at the lesser root of
 //! |o + t d|² = r², and the side of a cylinder along z at that of the same without z; a box is the
-//! overlap of three slabs (Kay and Kajiya, 1986). A capsule is a cylinder's side and two balls.
+//! overlap of three slabs (Kay and Kajiya, 1986), a hull that of as many half spaces as it has
+//! triangles. A capsule is a cylinder's side and two balls; an ellipsoid is a ball once lengths are
+//! measured in its radii.
 
-use nalgebra::{Isometry3, Matrix3};
-use svenja::Shape;
+use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
+use svenja::{Hull, Shape};
 
 use super::{Light, Vec3, picture::decoded};
 
@@ -22,7 +24,7 @@ pub struct Solid {
     glow: f32,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 enum Form {
     Box(Vec3),
     Ball(f32),
@@ -30,10 +32,14 @@ enum Form {
     Capsule(f32, f32),
     /// Radius, and half the length.
     Cylinder(f32, f32),
+    /// Radii.
+    Ellipsoid(Vec3),
+    /// Half the size of a box around it, and of each half space its normal and its distance.
+    Hull(Vec3, Vec<(Vec3, f32)>),
 }
 
 impl Solid {
-    /// A body's shape at its pose. `glow` is the share of its colour that it sends out by itself.
+    /// A shape at its pose. `glow` is the share of its colour that it sends out by itself.
     #[must_use]
     pub fn new(shape: &Shape, pose: &Isometry3<f64>, colour: [u8; 3], glow: f32) -> Self {
         let rod = |rod: &svenja::Rod| (rod.radius_m as f32, 0.5 * rod.length_m() as f32);
@@ -51,9 +57,14 @@ impl Solid {
                 let (radius, half) = rod(it);
                 (Form::Cylinder(radius, half), (radius * radius + half * half).sqrt())
             }
+            Shape::Ellipsoid { radii_m } => {
+                let radii: Vec3 = radii_m.cast();
+                (Form::Ellipsoid(radii), radii.max())
+            }
+            Shape::Hull(it) => hull(it),
         };
         let centre = match shape {
-            Shape::Capsule(rod) | Shape::Cylinder(rod) => pose * rod.centre_m(),
+            Shape::Capsule(_) | Shape::Cylinder(_) | Shape::Hull(_) => pose * shape.centre_m(),
             _ => pose.translation.vector.into(),
         };
         let turn = pose.rotation * shape.principal_axes();
@@ -87,11 +98,13 @@ impl Solid {
     /// From a point towards the nearest of the shape's axis, and the radius around it there; none
     /// if that's more than so many radii away.
     pub(super) fn towards_axis(&self, at: Vec3, far: f32) -> Option<(Vec3, f32)> {
-        let (half, radius) = match self.form {
-            Form::Box(half) => (half * 0.6, half.min()),
-            Form::Ball(radius) => (Vec3::zeros(), radius),
+        let (half, radius) = match &self.form {
+            Form::Box(half) | Form::Ellipsoid(half) | Form::Hull(half, _) => {
+                (half * 0.6, half.min())
+            }
+            Form::Ball(radius) => (Vec3::zeros(), *radius),
             Form::Capsule(radius, half) | Form::Cylinder(radius, half) => {
-                (half * Vec3::z(), radius)
+                (*half * Vec3::z(), *radius)
             }
         };
         let limit = self.reach + far * radius;
@@ -108,14 +121,33 @@ impl Solid {
     pub(super) fn meet(&self, from: Vec3, to: Vec3) -> Option<(f32, Vec3)> {
         let o = self.to_own * (from - self.centre);
         let d = self.to_own * to;
-        let (t, normal) = match self.form {
-            Form::Box(half) => meet_box(o, d, half),
-            Form::Ball(radius) => meet_ball(o, d, radius),
-            Form::Capsule(radius, half) => meet_capsule(o, d, radius, half),
-            Form::Cylinder(radius, half) => meet_cylinder(o, d, radius, half),
+        let (t, normal) = match &self.form {
+            Form::Box(half) => meet_box(o, d, *half),
+            Form::Ball(radius) => meet_ball(o, d, *radius),
+            Form::Capsule(radius, half) => meet_capsule(o, d, *radius, *half),
+            Form::Cylinder(radius, half) => meet_cylinder(o, d, *radius, *half),
+            Form::Ellipsoid(radii) => meet_ellipsoid(o, d, radii),
+            Form::Hull(_, sides) => meet_hull(o, d, sides),
         }?;
         Some((t, self.to_own.tr_mul(&normal)))
     }
+}
+
+/// Around its centre, along the axes of its frame; with its reach.
+fn hull(hull: &Hull) -> (Form, f32) {
+    let centre = hull.centre_m();
+    let mut half = Vector3::zeros();
+    let mut reach: f64 = 0.0;
+    for point in hull.points_m() {
+        let away = point - centre;
+        half = half.sup(&away.abs());
+        reach = reach.max(away.norm());
+    }
+    let side = |[a, b, c]: [Point3<f64>; 3]| {
+        let normal = (b - a).cross(&(c - a)).normalize();
+        (normal.cast(), normal.dot(&(a - centre)) as f32)
+    };
+    (Form::Hull(half.cast(), hull.facets_m().map(side).collect()), reach as f32)
 }
 
 fn meet_ball(o: Vec3, d: Vec3, radius: f32) -> Option<(f32, Vec3)> {
@@ -179,4 +211,29 @@ fn meet_box(o: Vec3, d: Vec3, half: Vec3) -> Option<(f32, Vec3)> {
         leave = leave.min(far);
     }
     (enter <= leave && enter > 0.0).then_some((enter, normal))
+}
+
+fn meet_ellipsoid(o: Vec3, d: Vec3, radii: &Vec3) -> Option<(f32, Vec3)> {
+    let along = d.component_div(radii);
+    let length = along.norm();
+    let (t, normal) = meet_ball(o.component_div(radii), along / length, 1.0)?;
+    Some((t / length, normal.component_div(radii).normalize()))
+}
+
+fn meet_hull(o: Vec3, d: Vec3, sides: &[(Vec3, f32)]) -> Option<(f32, Vec3)> {
+    let (mut enter, mut leave, mut first) = (f32::NEG_INFINITY, f32::INFINITY, Vec3::zeros());
+    for (normal, distance) in sides {
+        let (towards, height) = (normal.dot(&d), normal.dot(&o) - distance);
+        let t = -height / towards;
+        if towards < 0.0 {
+            if t > enter {
+                (enter, first) = (t, *normal);
+            }
+        } else if towards > 0.0 {
+            leave = leave.min(t);
+        } else if height > 0.0 {
+            return None;
+        }
+    }
+    (enter <= leave && enter > 0.0).then_some((enter, first))
 }

@@ -126,6 +126,8 @@ fn rays_meet_surfaces_where_they_are() {
         Shape::Sphere { radius_m: 0.4 },
         Shape::Capsule(rod.clone()),
         Shape::Cylinder(rod),
+        Shape::Ellipsoid { radii_m: Vector3::new(0.3, 0.5, 0.2) },
+        Shape::Hull(crate::example::pyramid()),
     ];
     for shape in shapes {
         let solid = Solid::new(&shape, &pose, RED, 0.0);
@@ -176,6 +178,16 @@ fn depth(shape: &Shape, pose: &Isometry3<f64>, at: Vec3) -> f64 {
         Shape::Cylinder(rod) => {
             let (share, across, _, length) = beside(rod);
             (rod.radius_m - across).min(length * share.min(1.0 - share))
+        }
+        // Along the line from the centre, which is never less than how deep it is.
+        Shape::Ellipsoid { radii_m } => {
+            let share = at.coords.component_div(radii_m).norm();
+            at.coords.norm() * (1.0 / share - 1.0)
+        }
+        Shape::Hull(hull) => {
+            let depth =
+                |[a, b, c]: [Point3<f64>; 3]| -(b - a).cross(&(c - a)).normalize().dot(&(at - a));
+            hull.facets_m().map(depth).fold(f64::INFINITY, f64::min)
         }
     }
 }

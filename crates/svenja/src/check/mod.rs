@@ -1,28 +1,41 @@
-//! From a file to a morphology: mirror images are made, and names looked up.
+//! From a file to a morphology: mirror images are made, names looked up, mesh files read.
 
-use std::collections::{BTreeMap, BTreeSet};
+mod bodies;
+mod tree;
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::Path,
+};
 
 use config::{MOST_PROBLEMS, Place, Placed, Problem, Problems, shown, suggestion};
-use nalgebra::Unit;
+use nalgebra::{Isometry3, Unit};
 
 use crate::{
     file::{
         AxisFile, BodyFile, GroupFile, HeadingFile, JointFile, MirrorFile, ModelFile, ServoFile,
     },
-    morphology::{AxisId, Body, Group, Heading, Joint, JointAxis, Morphology, Servo},
+    joint::{Joint, JointAxis, Servo},
+    morphology::{AxisId, Body, Group, Heading, Morphology},
     parts::Parts,
     rotation::{Mirror, Turn},
     warn::warnings,
 };
+
+/// What joints call the world by, that have it for their parent.
+const WORLD: &str = "world";
 
 /// Of the heading's axis; the figure is ours.
 const STEEPEST_DEG: f64 = 80.0;
 
 /// # Errors
 /// All that is wrong. Parts come first: what refers to them is only looked up if they are right.
-pub(crate) fn check(file: &ModelFile) -> Result<Morphology, Problems> {
-    let mut checker = Checker { mirror: file.mirror.as_ref(), problems: Vec::new() };
-    let bodies = checker.bodies(&file.bodies);
+///
+/// Mesh files are looked for in `folder`.
+pub(crate) fn check(file: &ModelFile, folder: &Path) -> Result<Morphology, Problems> {
+    let mut checker =
+        Checker { mirror: file.mirror.as_ref(), meshes: Vec::new(), problems: Vec::new() };
+    let bodies = checker.bodies(file, folder);
     let body_names = names("a body", &bodies, |body| &body.name);
     let joints = checker.joints(&file.joints, &bodies, &body_names, &file.servos);
     let joint_names = names("a joint", &joints, |joint| &joint.name);
@@ -36,6 +49,7 @@ pub(crate) fn check(file: &ModelFile) -> Result<Morphology, Problems> {
     let contacts = [feet, touch].concat();
     checker.one_sensor_each(&file.feet, &file.touch);
     let penalised = checker.indices("penalised", &file.penalised, &body_names);
+    let no_collision = checker.pairs("no_collision", &file.no_collision, &body_names);
     let heading = checker.heading(file, &bodies, &body_names);
 
     let groups = checker.groups(&file.groups, &joint_names, &body_names);
@@ -61,6 +75,7 @@ pub(crate) fn check(file: &ModelFile) -> Result<Morphology, Problems> {
         contacts,
         n_feet,
         penalised,
+        no_collision,
         heading: Heading {
             body: heading.unwrap_or_default(),
             axis: Unit::new_unchecked(file.heading.axis.value),
@@ -70,6 +85,7 @@ pub(crate) fn check(file: &ModelFile) -> Result<Morphology, Problems> {
         locomotion_scale: file.locomotion_scale,
         touch_distance_m: file.touch_distance_m,
         warnings: warnings(file),
+        meshes: checker.meshes.into_iter().filter_map(|mesh| mesh.from_file).collect(),
         groups: without_files(groups),
         joints: without_files(joints),
         bodies: without_files(bodies),
@@ -106,6 +122,8 @@ fn names<'a, F, P>(
 
 struct Checker<'a> {
     mirror: Option<&'a MirrorFile>,
+    /// Those met so far.
+    meshes: Vec<bodies::Met>,
     problems: Vec<Problem>,
 }
 
@@ -174,6 +192,31 @@ impl Checker<'_> {
         indices
     }
 
+    /// Pairs of different bodies, each with the lower index first, none of them twice.
+    fn pairs(
+        &mut self,
+        what: &str,
+        list: &[Placed<[Placed<String>; 2]>],
+        bodies: &Names<'_>,
+    ) -> Vec<[usize; 2]> {
+        let mut pairs = Vec::new();
+        for (i, Placed { value: [a, b], place }) in list.iter().enumerate() {
+            let found = [(0, a), (1, b)]
+                .map(|(end, name)| self.find(&format!("{what}[{i}][{end}]"), name, bodies));
+            let [Some(a), Some(b)] = found else { continue };
+            let pair = [a.min(b), a.max(b)];
+            let names = pair.map(|body| bodies.list[body]);
+            if a == b {
+                self.complain(place, format!("{what}[{i}] must be two bodies, got {names:?}"));
+            } else if pairs.contains(&pair) {
+                self.complain(place, format!("{what}[{i}] must not repeat a pair, got {names:?}"));
+            } else {
+                pairs.push(pair);
+            }
+        }
+        pairs
+    }
+
     /// Complains about names that come again, whether written or of mirror images.
     fn unique<'n>(
         &mut self,
@@ -193,30 +236,6 @@ impl Checker<'_> {
         }
     }
 
-    fn bodies<'f>(&mut self, files: &'f [BodyFile]) -> Vec<(&'f BodyFile, Body)> {
-        let mut bodies = Vec::new();
-        for file in files {
-            let body = Body {
-                name: file.name.value.clone(),
-                mass_kg: file.mass_kg,
-                friction: file.friction,
-                colour: file.colour,
-                pose: file.pose,
-                shape: file.shape.clone(),
-            };
-            let image = self.image_name(&body.name).map(|name| Body {
-                name,
-                pose: self.reflection().pose(&body.pose),
-                shape: body.shape.image(self.reflection()),
-                ..body.clone()
-            });
-            bodies.push((file, body));
-            bodies.extend(image.map(|image| (file, image)));
-        }
-        self.unique("body", bodies.iter().map(|(file, body)| (&file.name, body.name.as_str())));
-        bodies
-    }
-
     fn joints<'f>(
         &mut self,
         files: &'f [JointFile],
@@ -227,7 +246,12 @@ impl Checker<'_> {
         let mut joints = Vec::new();
         for file in files {
             let subject = format!("joint '{}': ", file.name.value);
-            let parent = self.find(&format!("{subject}parent"), &file.parent, body_names);
+            let is_held = file.parent.value == WORLD;
+            let parent = if is_held {
+                None
+            } else {
+                self.find(&format!("{subject}parent"), &file.parent, body_names)
+            };
             let child = self.find(&format!("{subject}child"), &file.child, body_names);
             if parent.is_some() && parent == child {
                 let message = format!(
@@ -237,14 +261,16 @@ impl Checker<'_> {
                 self.complain(&file.child.place, message);
             }
             // A joint to nowhere is kept for its name, which others may refer to.
-            let (parent, child) = (parent.unwrap_or_default(), child.unwrap_or_default());
+            let parent = (!is_held).then(|| parent.unwrap_or_default());
+            let child = child.unwrap_or_default();
+            let drawn = parent.map_or_else(Isometry3::identity, |parent| bodies[parent].1.pose);
             let axes = file.axes.iter().enumerate();
             let joint = Joint {
                 name: file.name.value.clone(),
                 kind: file.kind,
                 parent,
                 child,
-                frame: bodies[parent].1.pose * file.frame,
+                frame: drawn * file.frame,
                 axes: axes
                     .map(|(i, axis)| self.axis(&format!("{subject}axes[{i}]: "), axis, servos))
                     .collect(),
@@ -252,7 +278,7 @@ impl Checker<'_> {
             };
             let image = self.image_name(&joint.name).map(|name| Joint {
                 name,
-                parent: self.image_of(parent, body_names),
+                parent: parent.map(|parent| self.image_of(parent, body_names)),
                 child: self.image_of(child, body_names),
                 frame: self.reflection().joint_frame(&joint.frame),
                 ..joint.clone()
@@ -267,24 +293,39 @@ impl Checker<'_> {
     fn axis(&mut self, subject: &str, axis: &AxisFile, servos: &[ServoFile]) -> JointAxis {
         let servo = axis.servo.as_ref().and_then(|name| {
             let found = servos.iter().find(|servo| servo.name == name.value);
-            if found.is_none() {
-                let known = servos.iter().map(|servo| servo.name.as_str());
-                self.refuse_name(&format!("{subject}servo"), name, "a [servo.NAME]", known);
+            match found {
+                None => {
+                    let known = servos.iter().map(|servo| servo.name.as_str());
+                    self.refuse_name(&format!("{subject}servo"), name, "a [servo.NAME]", known);
+                }
+                Some(servo) if servo.is_linear != axis.freedom.is_linear() => {
+                    let (is, keys) = match axis.freedom.is_linear() {
+                        true => ("slides", "speed_limit_m_s and force_limit_n"),
+                        false => ("turns", "speed_limit_rad_s and torque_limit_nm"),
+                    };
+                    let message = format!(
+                        "{subject}servo must have {keys}, since the axis {is}, but '{}' hasn't",
+                        name.value
+                    );
+                    self.complain(&name.place, message);
+                }
+                Some(_) => {}
             }
             found
         });
         JointAxis {
             name: axis.name.clone(),
-            about: axis.about,
-            lower_rad: axis.lower_rad,
-            upper_rad: axis.upper_rad,
-            stop_margin_rad: axis.stop_margin_rad,
+            freedom: axis.freedom,
+            range: axis.range,
+            stop_margin: axis.stop_margin,
             reversed: axis.reversed,
             servo: servo.map(|servo| Servo {
-                speed_limit_rad_s: servo.speed_limit_rad_s,
-                torque_limit_nm: servo.torque_limit_nm,
+                kind: servo.kind,
+                speed_limit: servo.speed_limit,
+                force_limit: servo.force_limit,
             }),
             spring: axis.spring,
+            resistance: axis.resistance,
         }
     }
 
@@ -361,58 +402,6 @@ impl Checker<'_> {
                 let name = file.contacts.get(i).unwrap_or(&file.name);
                 self.complain(&name.place, message);
             }
-        }
-    }
-
-    /// Every body but one is the child of exactly one joint, and all hang on that one.
-    fn tree(&mut self, joints: &Joints<'_>, bodies: &Bodies<'_>) {
-        let mut joint_above: Vec<Option<usize>> = vec![None; bodies.len()];
-        for (i, (file, joint)) in joints.iter().enumerate() {
-            let Some(other) = joint_above[joint.child].replace(i) else { continue };
-            let message = format!(
-                "{}: child must have no other parent, but '{}' is the child of '{}' too",
-                described("joint", &joint.name, &file.name.value),
-                bodies[joint.child].1.name,
-                joints[other].1.name
-            );
-            self.complain(&file.child.place, message);
-        }
-        let mut free = bodies.iter().zip(&joint_above).filter(|(_, joint)| joint.is_none());
-        if let Some(((_, root), _)) = free.next() {
-            for ((file, body), _) in free {
-                let message = format!(
-                    "{} must be the child of a joint, as all bodies but one ('{}') are",
-                    described("body", &body.name, &file.name.value),
-                    root.name
-                );
-                self.complain(&file.name.place, message);
-            }
-        }
-        self.cycles(joints, bodies, &joint_above);
-    }
-
-    /// Going up from a body ends at a root; a way that comes to a body again goes round.
-    fn cycles(&mut self, joints: &Joints<'_>, bodies: &Bodies<'_>, joint_above: &[Option<usize>]) {
-        let mut known = vec![false; bodies.len()];
-        for start in 0..bodies.len() {
-            let mut way = vec![start];
-            let mut here = start;
-            while let (false, Some(joint)) = (known[here], joint_above[here]) {
-                here = joints[joint].1.parent;
-                if way.contains(&here) {
-                    let (file, joint) = &joints[joint];
-                    let message = format!(
-                        "{}: parent must not hang on the child, as '{}' does on '{}': a cycle",
-                        described("joint", &joint.name, &file.name.value),
-                        bodies[joint.parent].1.name,
-                        bodies[joint.child].1.name
-                    );
-                    self.complain(&file.parent.place, message);
-                    break;
-                }
-                way.push(here);
-            }
-            way.into_iter().for_each(|body| known[body] = true);
         }
     }
 
