@@ -12,7 +12,7 @@ use std::{
 use common::*;
 use tempfile::TempDir;
 
-/// Points of a mesh that is flat below.
+/// Four corners of a mesh, and a point within.
 const SKULL: &str = "v -80 -60 0\nv 80 -60 0\nv 0 120 0\nv 0 0 90\nv 10 10 10\nf 1 2 3\n";
 
 /// The robot of the snippets in docs/formats.md, but with its mesh in a file.
@@ -62,10 +62,10 @@ fn it_learns_in_lanes_what_it_learns_by_bullet_alone() {
 #[test]
 fn it_is_checked_and_shown_in_all_ways_without_its_files() {
     let (folder, model, run) = folders();
-    itarl(&["model", "check", text(&model)]).ends(DONE).prints(&["12 bodies, 11 actuators: fine"]);
+    itarl(&["model", "check", text(&model)]).ends(DONE).prints(&["8 bodies, 9 actuators: fine"]);
     itarl(&["model", "show", text(&model)]).ends(DONE).prints(&[
-        "| hull of 5 points; ellipsoid, radii (0.02, 0.04, 0.02); sphere, radius 0.03 |",
-        "| world | trunk ",
+        "| hull of 4 points; ellipsoid, radii (0.02, 0.04, 0.02); sphere, radius 0.03 |",
+        "| general      | world           | trunk           | turn (z)  |",
         "never collide: 'trunk' and 'left hand', 'trunk' and 'right hand'",
         "(speed)",
     ]);

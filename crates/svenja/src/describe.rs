@@ -214,13 +214,14 @@ fn rounded(value: f64) -> String {
     if text == "-0" { "0".into() } else { text.into() }
 }
 
-/// To three digits, of any size.
+/// To three digits or so, of any size.
 fn significant(value: f64) -> String {
-    if value == 0.0 || (0.001..1e6).contains(&value) {
-        rounded(value)
-    } else {
-        format!("{value:.2e}")
-    }
+    let text = match value {
+        0.0 | 1.0.. => return rounded(value),
+        0.001.. => format!("{value:.5}"),
+        _ => return format!("{value:.2e}"),
+    };
+    text.trim_end_matches('0').into()
 }
 
 fn table(header: &[&str]) -> Table {

@@ -324,7 +324,7 @@ mod tests {
                 check(&hull);
                 let out = deepest_outside(&hull, &points);
                 prop_assert!(out < 4.0 * FLAT * 12.0, "{}", out);
-                prop_assert_eq!(Hull::around(hull.points_m()).as_ref(), Some(&hull));
+                prop_assert_eq!(Hull::around(hull.points_m()), Some(hull.clone()));
                 let mut other = points.clone();
                 let n = other.len();
                 (0..n).for_each(|i| other.swap(i, (shuffled as usize).wrapping_mul(i + 7) % n));

@@ -130,7 +130,7 @@ fn compounds_refuse_no_children_too_many_and_children_that_are_not_convex() {
     }
     scene.refuses(
         |world| world.add_shape(&Shape::Compound { children: vec![(ball, at), (plane, at)] }),
-        "add_shape: compound.children[1] must be a box, sphere, capsule, cylinder or hull, \
+        "add_shape: compound.children[1] must be a box, sphere, capsule, cylinder, ellipsoid or hull, \
          got STATICPLANE (shape 0)",
     );
     let unknown = ShapeId { slot: 7 };

@@ -197,7 +197,6 @@ fn bodies_are_kept_apart_once_and_from_others() {
         |world| world.keep_apart(bob, never),
         "keep_apart: b 3 doesn't exist: only 3 were ever added",
     );
-    scene.goes_on();
 }
 
 #[test]

@@ -71,33 +71,28 @@ impl BodyFile {
 /// A `shape`, or a list of `shapes`; or none, where the inertia is given.
 fn read_colliders(body: &mut Section<'_>) -> Option<Vec<ColliderFile>> {
     let needs_one = !body.has("inertia_kg_m2");
+    let count = body.count("shapes");
     if !body.has("shapes") {
-        let shape = if needs_one {
-            Some(body.required_table("shape", ColliderFile::read)?)
-        } else if body.has("shape") {
-            Some(body.table("shape", ColliderFile::read)?)
-        } else {
-            body.table("shape", ColliderFile::read)
-        };
-        return Some(shape.into_iter().collect());
+        if needs_one {
+            return Some(vec![body.required_table("shape", ColliderFile::read)?]);
+        }
+        let shape = body.table("shape", ColliderFile::read);
+        let is_wrong = shape.is_none() && body.has("shape");
+        return (!is_wrong).then(|| shape.into_iter().collect());
     }
     if body.has("shape") {
         body.table("shape", ColliderFile::read);
         body.refuse("shapes", "absent beside a shape", "both");
     }
-    let count = body.count("shapes");
     if count > MOST_SHAPES {
         body.refuse("shapes", &format!("at most {MOST_SHAPES} shapes"), count);
         return None;
     }
-    let colliders = body.tables("shapes", ColliderFile::read);
     if needs_one && count == 0 {
-        body.refuse_value(
-            "shapes",
-            "a list of tables, at least one where inertia_kg_m2 isn't given",
-        );
+        let expected = "a list of tables, at least one where inertia_kg_m2 isn't given";
+        body.refuse_value("shapes", expected);
     }
-    Some(colliders)
+    Some(body.tables("shapes", ColliderFile::read))
 }
 
 impl ColliderFile {
