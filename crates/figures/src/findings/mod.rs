@@ -77,6 +77,9 @@ pub struct Statement {
     pub verdict: Verdict,
 }
 
+/// Of some cells' values.
+type Statistic = fn(&[f64]) -> f64;
+
 /// The cells of a group, by xi.
 struct Arm<'a> {
     xi: f64,
@@ -129,7 +132,7 @@ impl Group {
 
 impl Mix {
     fn of(run: &Results, arm: &Arm<'_>) -> Self {
-        let of = |values: &[f64], statistic: fn(&[f64]) -> f64| {
+        let of = |values: &[f64], statistic: Statistic| {
             Estimate::of([values], REPLICATES, |[values]| statistic(values))
         };
         let nats: Vec<_> = arm.setting.cells.iter().map(|cell| last_nats(run, cell)).collect();

@@ -1,7 +1,7 @@
 //! The paper's statements, one function each, and the definitions that it leaves to the reader.
 
 use super::{
-    Arm, Evidence, Statement, Verdict, correlation, maximum, mean, median,
+    Arm, Evidence, Statement, Statistic, Verdict, correlation, maximum, mean, median,
     parts::{difference, find},
 };
 use crate::{
@@ -84,7 +84,7 @@ pub(super) fn notes(run: &Results) -> Vec<String> {
 /// Against each of the others that are there, and for each of the paper's that isn't.
 fn best(run: &Results, arms: &[Arm<'_>]) -> Vec<Evidence> {
     let Some(favourite) = find(arms, 0.75) else { return vec![none_of(0.75)] };
-    let statistics: [(&str, fn(&[f64]) -> f64); 3] =
+    let statistics: [(&str, Statistic); 3] =
         [("maximum", maximum), ("mean", mean), ("median", median)];
     let others = || arms.iter().filter(|arm| arm.place != favourite.place);
     let against = |arm: &Arm<'_>| {

@@ -144,7 +144,9 @@ struct Performance<'a> {
 
 /// That windows which are asked for have whole rows, of so many updates each.
 fn require_whole(arguments: &Summary, every: u64) -> anyhow::Result<()> {
-    let is_whole = |window: &Updates| window.first % every == 1 % every && window.last % every == 0;
+    let is_whole = |window: &Updates| {
+        (window.first - 1).is_multiple_of(every) && window.last.is_multiple_of(every)
+    };
     let windows = [("--early", arguments.early), ("--late", arguments.late)];
     for (name, window) in windows.into_iter().filter_map(|(name, it)| Some((name, it?))) {
         if !is_whole(&window) {
