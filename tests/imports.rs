@@ -71,7 +71,7 @@ fn an_experiment_takes_a_robot_in_another_format() {
         model.starts_with("# Imported from ant.xml (MJCF) by `itarl model import`."),
         "{model}"
     );
-    for row in ["# carried over", "#  joint/armature", "# chosen"] {
+    for row in ["# carried over", "#   joint/armature", "# chosen"] {
         assert!(model.contains(row), "{row} isn't in {model}");
     }
     assert_eq!(read("direct", "models/ant.toml"), read("imported", "models/ant.toml"));
@@ -147,7 +147,9 @@ fn meshes_are_copied_beside_the_model_or_kept_in_it() {
     let robot = "<robot name=\"r\"><link name=\"a\"><inertial><mass value=\"1\"/>\
         <inertia ixx=\"0.01\" iyy=\"0.01\" izz=\"0.01\"/></inertial><collision><geometry>\
         <mesh filename=\"package://pkg/meshes/a.obj\" scale=\"0.001 0.001 0.001\"/>\
-        </geometry></collision></link></robot>";
+        </geometry></collision></link><link name=\"b\"><inertial><mass value=\"1\"/>\
+        <inertia ixx=\"0.01\" iyy=\"0.01\" izz=\"0.01\"/></inertial></link>\
+        <joint name=\"j\" type=\"continuous\"><parent link=\"a\"/><child link=\"b\"/></joint></robot>";
     fs::write(at("r.urdf"), robot).unwrap();
     let (file, out) = (at("r.urdf"), at("out/b.toml"));
     fs::create_dir(at("out")).unwrap();
