@@ -13,7 +13,7 @@ use std::{
 use common::*;
 use tempfile::TempDir;
 
-const COMMANDS: [&[&str]; 16] = [
+const COMMANDS: [&[&str]; 18] = [
     &["train"],
     &["resume"],
     &["cell"],

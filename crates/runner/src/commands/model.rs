@@ -53,14 +53,15 @@ struct Body<'a> {
     mass_kg: f64,
     friction: f64,
     position_m: [f64; 3],
-    shape: &'static str,
+    shapes: Vec<&'static str>,
 }
 
 #[derive(Serialize)]
 struct Joint<'a> {
     name: &'a str,
     kind: &'static str,
-    parent: &'a str,
+    /// Null: the world.
+    parent: Option<&'a str>,
     child: &'a str,
     axes: Vec<Axis<'a>>,
 }
@@ -68,11 +69,21 @@ struct Joint<'a> {
 #[derive(Serialize)]
 struct Axis<'a> {
     name: &'a str,
+    /// Of its positions: rad, or m for one that slides.
+    unit: &'static str,
     /// At -1 and 1.
-    angles_rad: [f64; 2],
-    stops_rad: [f64; 2],
-    speed_limit_rad_s: Option<f64>,
-    torque_limit_nm: Option<f64>,
+    positions: [f64; 2],
+    stops: Option<[f64; 2]>,
+    servo: Option<Servo>,
+}
+
+#[derive(Serialize)]
+struct Servo {
+    kind: &'static str,
+    /// In rad/s or m/s.
+    speed_limit: f64,
+    /// In N m or N.
+    force_limit: f64,
 }
 
 impl<'a> Robot<'a> {
@@ -80,24 +91,29 @@ impl<'a> Robot<'a> {
         let name = |&body: &usize| model.bodies()[body].name.as_str();
         let names = |bodies: &[usize]| bodies.iter().map(name).collect();
         let axes = |ids: &[AxisId]| ids.iter().map(|&id| model.axis_name(id)).collect();
+        let servo = |servo: &svenja::Servo| Servo {
+            kind: servo.kind.name(),
+            speed_limit: servo.speed_limit,
+            force_limit: servo.force_limit,
+        };
         let axis = |axis: &'a svenja::JointAxis| Axis {
             name: &axis.name,
-            angles_rad: [-1.0, 1.0].map(|value| axis.angle_of(value)),
-            stops_rad: axis.stops_rad(),
-            speed_limit_rad_s: axis.servo.as_ref().map(|servo| servo.speed_limit_rad_s),
-            torque_limit_nm: axis.servo.as_ref().map(|servo| servo.torque_limit_nm),
+            unit: if axis.freedom.is_linear() { "m" } else { "rad" },
+            positions: [-1.0, 1.0].map(|value| axis.position_of(value)),
+            stops: axis.stops(),
+            servo: axis.servo.as_ref().map(servo),
         };
         let body = |body: &'a svenja::Body| Body {
             name: &body.name,
             mass_kg: body.mass_kg,
             friction: body.friction,
             position_m: body.pose.translation.vector.into(),
-            shape: body.shape.name(),
+            shapes: body.colliders.iter().map(|it| it.shape.name()).collect(),
         };
         let joint = |joint: &'a svenja::Joint| Joint {
             name: &joint.name,
             kind: joint.kind.name(),
-            parent: name(&joint.parent),
+            parent: joint.parent.as_ref().map(name),
             child: name(&joint.child),
             axes: joint.axes.iter().map(axis).collect(),
         };
