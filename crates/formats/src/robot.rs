@@ -73,7 +73,7 @@ impl Link {
 /// Mass and how it's spread.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inertial {
-    /// In kg.
+    /// The mass in kg.
     pub mass_kg: f64,
     /// In the link's frame, in m.
     pub centre_m: Point3<f64>,
@@ -151,9 +151,9 @@ pub struct Axis {
     pub reversed: bool,
     /// What moves it.
     pub motor: Option<Motor>,
-    /// In N m s/rad or N s/m.
+    /// The damping in N m s/rad or N s/m.
     pub damping: f64,
-    /// In N m or N.
+    /// The friction in N m or N.
     pub friction: f64,
     /// What pulls it back.
     pub spring: Option<Spring>,
@@ -173,9 +173,9 @@ pub enum Motion {
 pub struct Motor {
     /// What a command is.
     pub kind: MotorKind,
-    /// In rad/s or m/s, if the file has one.
+    /// The speed limit in rad/s or m/s, if the file has one.
     pub speed: Option<f64>,
-    /// In N m or N, if the file has one.
+    /// The limit of its torque or force in N m or N, if the file has one.
     pub effort: Option<f64>,
 }
 
@@ -193,7 +193,7 @@ pub enum MotorKind {
 /// A damped spring is this and the axis' damping.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spring {
-    /// In N m/rad or N/m.
+    /// The stiffness in N m/rad or N/m.
     pub stiffness: f64,
     /// Where it's at rest, in rad or m.
     pub rest: f64,
@@ -310,7 +310,7 @@ impl Robot {
         }
     }
 
-    /// Of all links that weigh something, in kg.
+    /// The mass of all links that weigh something, in kg.
     #[must_use]
     pub fn mass_kg(&self) -> f64 {
         self.links.iter().filter_map(|link| link.inertial).map(|it| it.mass_kg).sum()

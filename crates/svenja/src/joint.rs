@@ -221,9 +221,9 @@ pub struct Spring {
 /// What resists the motion of an axis: force = -friction sign(velocity) - damping velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Resistance {
-    /// In N m s/rad or N s/m.
+    /// The damping in N m s/rad or N s/m.
     pub damping: f64,
-    /// In N m or N, whatever the load.
+    /// The friction in N m or N, whatever the load.
     pub friction: f64,
 }
 

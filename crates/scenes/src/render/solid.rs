@@ -32,7 +32,7 @@ enum Form {
     Capsule(f32, f32),
     /// Radius, and half the length.
     Cylinder(f32, f32),
-    /// Radii.
+    /// Its radii along x, y and z.
     Ellipsoid(Vec3),
     /// Half the size of a box around it, and of each half space its normal and its distance.
     Hull(Vec3, Vec<(Vec3, f32)>),
