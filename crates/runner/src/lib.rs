@@ -7,6 +7,7 @@
 //! | [`training`] | many cells over threads and lanes, with checkpoints, until done or stopped |
 //! | [`catalogue`] | a run's folder with what it's made of: where training and reading begin |
 //! | [`rollout`], [`gait`] | a policy or a gait without learning |
+//! | [`landscape`] | how reward, task and information depend on a policy's parameters |
 //! | [`clips`], [`report`] | what `scenes` and `figures` show of a run, composed |
 //! | [`cli`], [`commands`], [`progress`] | what can be typed, what it does, and how far it is |
 //!
@@ -21,6 +22,7 @@ pub mod clips;
 pub mod commands;
 pub mod experiment;
 pub mod gait;
+pub mod landscape;
 pub mod progress;
 pub mod report;
 pub mod rollout;

@@ -1,6 +1,7 @@
 //! What the commands do, one file each.
 
 mod bench;
+mod landscape;
 mod model;
 mod plot;
 mod replay;
@@ -64,6 +65,7 @@ pub fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Plot(arguments) => plot::plot(&arguments),
         Command::Config(arguments) => settings::config(arguments),
         Command::Rollout(arguments) => rollout::rollout(&arguments),
+        Command::Landscape(arguments) => landscape::landscape(&arguments),
         Command::Report { run } => report::report(&run),
         Command::Replay(arguments) => replay::replay(&arguments),
         Command::Model(arguments) => model::model(&arguments),
