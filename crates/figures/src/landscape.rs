@@ -45,10 +45,11 @@ const MAPS: &str = "landscape-maps";
 /// Bands of height in a map.
 const LEVELS: usize = 10;
 
-/// Room for a row's title, and below a row.
-const TITLE: f64 = 26.0;
+/// Room for names, for a row's title, between panels for the numbers below them, and between rows.
 const HEAD: f64 = 30.0;
-const GAP: f64 = 10.0;
+const TITLE: f64 = 26.0;
+const GAP: f64 = 30.0;
+const BETWEEN_ROWS: f64 = 10.0;
 const ROW: f64 = 92.0;
 
 /// A row of panels for each slice, a panel for each of the functions by these names.
@@ -170,7 +171,7 @@ impl Layout {
     }
 
     fn band(&self) -> f64 {
-        TITLE + self.row + BELOW + GAP
+        TITLE + self.row + BELOW + BETWEEN_ROWS
     }
 
     /// Draws names above, and for each row its title and each panel, given row and column.

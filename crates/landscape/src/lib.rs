@@ -15,6 +15,7 @@
 //! | `curvature.rs` | [`curvature`]: second differences |
 //! | `barrier.rs` | [`barrier`]: how deep the valley between two points is |
 //! | `correlation.rs` | [`distance_correlation`]: of value and distance |
+//! | `slope.rs` | [`slope`]: in the middle of a line |
 //! | `alignment.rs` | [`cosine`]: of two noisy gradients |
 //!
 //! ```
@@ -45,6 +46,7 @@ mod optima;
 mod prominence;
 mod repeats;
 mod slice;
+mod slope;
 
 pub use alignment::cosine;
 pub use barrier::barrier;
@@ -55,6 +57,7 @@ pub use optima::{Optima, variation};
 pub use prominence::{Grid, Peak};
 pub use repeats::{Estimate, Repeats};
 pub use slice::{PrincipalPlane, blocks, random_direction};
+pub use slope::slope;
 
 /// Values that can't be measured.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

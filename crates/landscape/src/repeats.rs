@@ -149,8 +149,9 @@ impl Estimate {
         Some(Self::around(value, (squares * (n - 1.0) / n).sqrt(), n - 1.0))
     }
 
-    /// The mean of independent values.
-    pub(crate) fn mean(values: &[f64]) -> Self {
+    /// The mean of independent values, at least two.
+    #[must_use]
+    pub fn mean(values: &[f64]) -> Self {
         let n = values.len() as f64;
         let mean = values.iter().sum::<f64>() / n;
         let squares: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();

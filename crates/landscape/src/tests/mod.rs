@@ -131,6 +131,17 @@ fn distance_correlations_worked_by_hand() {
 }
 
 #[test]
+fn slopes_worked_by_hand() {
+    let t: Vec<f64> = line(41).collect();
+    let of = |f: &dyn Fn(f64) -> f64, reach| slope(&noisy(f, 0.0, 3, "slope"), &t, reach);
+    // Neither a height nor a curvature has a part in it.
+    assert!((of(&|t| 7.0 - 3.0 * t + 5.0 * t * t, 4).unwrap().value + 3.0).abs() < 1e-12);
+    // Of t^3 at -d and d it's d^2.
+    assert!((of(&|t| t * t * t, 1).unwrap().value - 0.05 * 0.05).abs() < 1e-12);
+    assert_eq!(of(&|t| t, 21), None);
+}
+
+#[test]
 fn cosines_worked_by_hand() {
     let of = |g: [f64; 2], h: [f64; 2]| cosine(&vec![g.to_vec(); 3], &vec![h.to_vec(); 3]);
     assert!((of([3.0, 0.0], [2.0, 2.0]).unwrap().value - 0.5_f64.sqrt()).abs() < 1e-12);

@@ -61,6 +61,10 @@ fn intervals_hold_the_answer() {
     let share = coverage(exact, |slice| distance_correlation(&of(&dome, slice), &distances));
     assert!(share > 0.9, "distance correlation: {share}");
 
+    let t: Vec<f64> = line(41).collect();
+    let share = coverage(2.0, |slice| slope(&of(&|t| 2.0 * t - t * t, slice), &t, 4));
+    assert!(share > 0.9, "slope: {share}");
+
     let share = coverage(1.5, |slice| Some(barrier(&of(&two_hills, slice))));
     assert!(share > 0.9, "barrier: {share}");
 }

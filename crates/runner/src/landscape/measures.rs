@@ -2,10 +2,10 @@
 //!
 //! docs/landscapes.md says what each measure is; the crate `landscape` has their formulas.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use ::landscape::{
-    Estimate, Optima, Repeats, barrier, cosine, curvature, distance_correlation, variation,
+    Estimate, Optima, Repeats, barrier, cosine, curvature, distance_correlation, slope, variation,
 };
 use figures::statistics::{self, FEWEST_FOR_INTERVAL, Interval};
 
@@ -84,6 +84,10 @@ fn of_function(slice: &Slice, function: &Repeats, task: &Repeats) -> Vec<(&'stat
         found.push(("variation", variation.map(alone)));
         found.push(("curvature", curvature(function)));
     }
+    if slice.kind == Kind::Direction {
+        let t: Vec<f64> = slice.places.iter().map(|place| place[0]).collect();
+        found.push(("slope", slope(function, &t, (t.len() / 10).max(1))));
+    }
     match slice.kind {
         Kind::Between => {
             found.push(("barrier", Some(barrier(function))));
@@ -113,6 +117,53 @@ pub fn align(cell: &str, names: &[String], gradients: &[Vec<Vec<f64>>]) -> Vec<R
         })
     };
     names.iter().zip(gradients).filter_map(of).collect()
+}
+
+/// The slope that each function's gradient predicts along a line through its cell, which is comparable to
+/// `slope` of the same line: `[n_functions][n_gradients][n_parameters]`. None of other slices.
+#[must_use]
+pub fn predict(
+    slice: &Slice,
+    unit: &str,
+    names: &[String],
+    gradients: &[Vec<Vec<f64>>],
+) -> Vec<Row> {
+    let Some(direction) = slice.direction() else { return Vec::new() };
+    let along = |gradient: &Vec<f64>| gradient.iter().zip(direction).map(|(g, d)| g * d).sum();
+    let of = |(name, gradient): (&String, &Vec<Vec<f64>>)| Row {
+        place: slice.name.clone(),
+        unit: unit.to_owned(),
+        kind: slice.kind.name(),
+        function: name.clone(),
+        measure: "predicted_slope",
+        estimate: Estimate::mean(&gradient.iter().map(along).collect::<Vec<f64>>()),
+    };
+    names.iter().zip(gradients).map(of).collect()
+}
+
+/// How well the slopes that each function's gradient predicts go with the task's own slopes: Pearson's
+/// correlation over all lines.
+fn slope_correlations(rows: &[Row], task: &str) -> Vec<Summary> {
+    let of = |measure: &str, function: &str| -> Vec<(&str, f64)> {
+        let rows = rows.iter().filter(|row| row.measure == measure && row.function == function);
+        rows.map(|row| (&*row.place, row.estimate.value)).collect()
+    };
+    let slopes: BTreeMap<&str, f64> = of("slope", task).into_iter().collect();
+    let functions: BTreeSet<&str> = rows.iter().map(|row| &*row.function).collect();
+    let summary = |function: &str| {
+        let predicted = of("predicted_slope", function);
+        let pairs = predicted.iter().filter_map(|(place, it)| Some((*it, *slopes.get(place)?)));
+        Some(Summary {
+            kind: Kind::Direction.name(),
+            measure: "slope_correlation",
+            function: function.to_owned(),
+            n: predicted.len(),
+            mean: statistics::pearson(pairs)?,
+            interval: None,
+            difference: None,
+        })
+    };
+    functions.into_iter().filter_map(summary).collect()
 }
 
 /// A number that has no interval.
@@ -155,17 +206,17 @@ pub struct Summary {
     pub mean: f64,
     /// Its 95 % interval by bootstrap over these; none if they are too few.
     pub interval: Option<Interval>,
-    /// The mean of the differences to the task's, with its interval, likewise; none of what is in units of
-    /// a function of its own.
+    /// The mean of the differences to the reference's, with its interval, likewise; none of what is in units
+    /// of a function of its own.
     pub difference: Option<(f64, Option<Interval>)>,
 }
 
 /// Replicates of a bootstrap.
 const REPLICATES: usize = 10_000;
 
-/// Means over cells; differences are to `task`, the name of the first function.
+/// Means over cells; differences are to the function `reference`. The name of the first one is `task`.
 #[must_use]
-pub fn summarise(rows: &[Row], task: &str) -> Vec<Summary> {
+pub fn summarise(rows: &[Row], task: &str, reference: &str) -> Vec<Summary> {
     type Key = (&'static str, &'static str, String);
     let mut groups: BTreeMap<Key, BTreeMap<&str, Vec<f64>>> = BTreeMap::new();
     for row in rows {
@@ -183,13 +234,13 @@ pub fn summarise(rows: &[Row], task: &str) -> Vec<Summary> {
     let summary = |(key, units): (&Key, &BTreeMap<&str, f64>)| {
         let (kind, measure, function) = key.clone();
         let values: Vec<f64> = units.values().copied().collect();
-        let of_task = means.get(&(kind, measure, task.to_owned()));
-        let differences: Vec<f64> = of_task
+        let other = means.get(&(kind, measure, reference.to_owned()));
+        let differences: Vec<f64> = other
             .iter()
-            .flat_map(|task| units.iter().filter_map(|(unit, value)| Some(value - task.get(unit)?)))
+            .flat_map(|of| units.iter().filter_map(|(unit, value)| Some(value - of.get(unit)?)))
             .collect();
-        let has_unit = matches!(measure, "threshold" | "barrier");
-        let has_difference = function != task && !has_unit && !differences.is_empty();
+        let has_unit = matches!(measure, "threshold" | "barrier" | "slope" | "predicted_slope");
+        let has_difference = function != reference && !has_unit && !differences.is_empty();
         Summary {
             n: values.len(),
             mean: statistics::mean(&values),
@@ -201,7 +252,7 @@ pub fn summarise(rows: &[Row], task: &str) -> Vec<Summary> {
             function,
         }
     };
-    means.iter().map(summary).collect()
+    means.iter().map(summary).chain(slope_correlations(rows, task)).collect()
 }
 
 fn interval(values: &[f64]) -> Option<Interval> {
@@ -230,13 +281,29 @@ mod tests {
     fn means_are_over_cells() {
         let mut rows = vec![row("a", "R_Loc", 1.0), row("a", "R_Loc", 3.0), row("a", "xi=1", 5.0)];
         rows.extend([row("b", "R_Loc", 6.0), row("b", "xi=1", 7.0)]);
-        let found = summarise(&rows, "R_Loc");
+        let found = summarise(&rows, "R_Loc", "R_Loc");
         assert_eq!(found.len(), 2);
         assert_eq!((found[0].n, found[0].mean, found[0].difference.clone()), (2, 4.0, None));
         // 5 - 2 and 7 - 6; two cells are too few for an interval.
         assert_eq!((found[1].mean, found[1].difference.clone()), (6.0, Some((2.0, None))));
         let many: Vec<_> = (0..8).map(|i| row(&i.to_string(), "R_Loc", f64::from(i))).collect();
-        let interval = summarise(&many, "R_Loc")[0].interval.unwrap();
+        let interval = summarise(&many, "R_Loc", "R_Loc")[0].interval.unwrap();
         assert!(interval.low > 1.0 && interval.low < 3.5 && interval.high < 6.0, "{interval:?}");
+    }
+    /// A line along (1, 3), and gradients of (2, 0) and (0, 1) but for noise that is the same in both: the
+    /// cosine of the means is 0, and along the line they rise by 2 and 3.
+    #[test]
+    fn gradients_predict_slopes_and_are_compared_without_noise() {
+        let line = Slice::line("line".into(), 0, &[0.0, 0.0], vec![1.0, 3.0], (5, 1.0));
+        let noise = [[0.5, 0.0], [-0.5, 0.0], [0.0, 0.5], [0.0, -0.5]];
+        let of = |a: f64, b: f64| noise.iter().map(|[x, y]| vec![a + x, b + y]).collect::<Vec<_>>();
+        let gradients = [of(2.0, 0.0), of(0.0, 1.0)];
+        let names = ["R_Loc", "R_MI"].map(str::to_owned);
+        let values = |rows: Vec<Row>| rows.iter().map(|it| it.estimate.value).collect::<Vec<_>>();
+        assert_eq!(values(predict(&line, "cell", &names, &gradients)), [2.0, 3.0]);
+        let cosines = values(align("cell", &names, &gradients));
+        assert!((cosines[0] - 1.0).abs() < 1e-12 && cosines[1].abs() < 0.1, "{cosines:?}");
+        let between = Slice::between("".into(), 0, (vec![0.0; 2], vec![1.0; 2]), 3);
+        assert_eq!(predict(&between, "cells", &names, &gradients), []);
     }
 }

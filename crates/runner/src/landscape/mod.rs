@@ -40,7 +40,7 @@ use svenja::Morphology;
 use xxhash_rust::xxh3::xxh3_64;
 
 pub use arguments::Landscape;
-pub use measures::{Measured, Row, Summary, align, measure, summarise};
+pub use measures::{Measured, Row, Summary, align, measure, predict, summarise};
 pub use slice::{Kind, Slice};
 pub use values::Functions;
 

@@ -136,6 +136,17 @@ impl Slice {
         self.places.iter().map(|[a, b]| (a * a + b * b).sqrt()).collect()
     }
 
+    /// A line's direction through a policy, `[n_parameters]`; none of other slices.
+    #[must_use]
+    pub fn direction(&self) -> Option<&[f64]> {
+        match &self.way {
+            Way::Directions { directions, .. } if self.kind == Kind::Direction => {
+                directions.first().map(Vec::as_slice)
+            }
+            _ => None,
+        }
+    }
+
     /// The parameters at a point, `[n_parameters]`.
     #[must_use]
     pub fn parameters(&self, point: usize) -> Vec<f64> {

@@ -3,7 +3,7 @@
 use ::landscape::Estimate;
 use figures::{Drawing, LandscapeMap, LandscapeProfile, Table, statistics::Interval};
 
-use super::{Functions, Measured, Row, Summary, Survey, align, measure, summarise};
+use super::{Functions, Measured, Row, Summary, Survey, align, measure, predict, summarise};
 
 /// What a survey came to.
 #[derive(Clone, Debug)]
@@ -31,6 +31,7 @@ impl Findings {
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> anyhow::Result<Self> {
         let task = survey.task();
+        let reference = functions.first().map(Functions::reference).unwrap_or_default();
         let names = functions.first().map(|it| it.names(&task)).unwrap_or_default();
         let (mut slices, mut rows, mut omitted) = (Vec::new(), Vec::new(), Vec::new());
         for (i, slice) in survey.slices.iter().enumerate() {
@@ -49,10 +50,14 @@ impl Findings {
         }
         if survey.n_gradients > 1 {
             for (i, centre) in survey.centres.iter().enumerate() {
-                rows.extend(align(&centre.name, &names, &survey.gradients(i, functions)?));
+                let gradients = survey.gradients(i, functions)?;
+                rows.extend(align(&centre.name, &names, &gradients));
+                for slice in survey.slices.iter().filter(|slice| slice.centre == i) {
+                    rows.extend(predict(slice, survey.unit(slice), &names, &gradients));
+                }
             }
         }
-        Ok(Self { summary: summarise(&rows, &task), names, slices, rows, omitted })
+        Ok(Self { summary: summarise(&rows, &task, &reference), names, slices, rows, omitted })
     }
 }
 

@@ -47,6 +47,12 @@ impl Functions {
         [task.to_owned(), "R_MI".to_owned()].into_iter().chain(mixes).collect()
     }
 
+    /// The name of the mix with the largest share of the task, which others are compared with.
+    #[must_use]
+    pub fn reference(&self) -> String {
+        format!("xi={}", self.xis.iter().copied().fold(0.0, f64::max))
+    }
+
     /// Each function of a control step.
     #[must_use]
     pub fn of(&self, terms: &Terms) -> Vec<f64> {
