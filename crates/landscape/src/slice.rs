@@ -69,7 +69,7 @@ pub struct PrincipalPlane {
 }
 
 impl PrincipalPlane {
-    /// Of a path, `[n_points x n_parameters]`; none if it has fewer than three points or lies in a line.
+    /// The plane of a path, `[n_points x n_parameters]`; none if it has fewer than three points or lies in a line.
     #[must_use]
     pub fn of(path: &[Vec<f64>]) -> Option<Self> {
         let last = path.last()?;

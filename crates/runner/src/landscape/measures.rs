@@ -31,7 +31,7 @@ pub struct Row {
 /// A slice that was measured.
 #[derive(Clone, Debug)]
 pub struct Measured {
-    /// Of each function, `[n_functions][n_points]`.
+    /// The mean of each function at each point, `[n_functions][n_points]`.
     pub means: Vec<Vec<f64>>,
     /// Their standard errors.
     pub errors: Vec<Vec<f64>>,

@@ -50,13 +50,13 @@ use rollouts::Job;
 /// A trained policy, through which slices go.
 #[derive(Clone, Debug)]
 pub struct Centre {
-    /// `SETTING/seed=N`
+    /// The cell's name, `SETTING/seed=N`.
     pub name: String,
     /// The cell's settings.
     pub experiment: Experiment,
     /// Its robot.
     pub morphology: Morphology,
-    /// `[n_parameters]`
+    /// What was learned, `[n_parameters]`.
     pub parameters: Vec<f64>,
     /// A number for settings and robot.
     pub identity: u64,
@@ -71,7 +71,7 @@ pub struct Survey {
     pub slices: Vec<Slice>,
     /// Control steps of a rollout.
     pub n_steps: u64,
-    /// Of the first repeat.
+    /// The seed of each first repeat.
     pub seed: u64,
     /// Rollouts of each point.
     pub n_repeats: usize,

@@ -16,7 +16,7 @@ pub struct Slice {
     pub kind: Kind,
     /// Index of the cell whose world and reward it has.
     pub centre: usize,
-    /// Of each point; a line's second one is 0.
+    /// Where each point is; a line's second number is 0.
     pub places: Vec<[f64; 2]>,
     way: Way,
     grid: Grid,

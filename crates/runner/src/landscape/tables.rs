@@ -8,11 +8,11 @@ use super::{Functions, Measured, Row, Summary, Survey, align, measure, predict, 
 /// What a survey came to.
 #[derive(Clone, Debug)]
 pub struct Findings {
-    /// Of each function, the task first.
+    /// The functions' names, the task first.
     pub names: Vec<String>,
-    /// Of each slice; none where a robot blew up.
+    /// The slices, measured; none where a robot blew up.
     pub slices: Vec<Option<Measured>>,
-    /// Of all slices, and of gradients.
+    /// The measures of all slices, and of gradients.
     pub rows: Vec<Row>,
     /// Means over cells.
     pub summary: Vec<Summary>,
