@@ -129,6 +129,19 @@ fn bytes_do_not_depend_on_how_they_are_made() {
     assert_same(&tree(&one), &tree(&third));
 }
 
+#[test]
+fn a_signal_stops_it_with_what_is_made() {
+    let (folder, run) = done();
+    let (cell, out) = (run.join("cells/xi=1/seed=1"), folder.path().join("out"));
+    let child = start(&words(&cell, &out, &["--directions", "2000", "--threads", "1"]));
+    let rollouts = out.join("rollouts");
+    wait_until(|| rollouts.exists() && fs::read_dir(&rollouts).unwrap().count() > 2);
+    signal(&child, "TERM");
+    end(child).ends(STOPPED).complains(&["stopped; the same command goes on"]);
+    assert!(tree(&rollouts).keys().all(|name| name.ends_with(".npy")));
+    assert!(!out.join("summary.csv").exists());
+}
+
 /// The same rollouts have all mixes in them.
 #[test]
 fn another_mix_takes_no_rollout() {
