@@ -115,6 +115,16 @@ pub(super) fn paint(
     caption: String,
     draw: impl FnOnce(&Area<'_>) -> Result<(), Error>,
 ) -> Result<Drawing, Error> {
+    paint_as(figure.name, height, caption, draw)
+}
+
+/// The same for files of any name.
+pub(super) fn paint_as(
+    file_stem: &'static str,
+    height: f64,
+    caption: String,
+    draw: impl FnOnce(&Area<'_>) -> Result<(), Error>,
+) -> Result<Drawing, Error> {
     let size = [PAGE, height.round()];
     let [grid_width, grid_height] = size.map(|px| grid(px).unsigned_abs());
     let mut svg = String::new();
@@ -134,7 +144,7 @@ pub(super) fn paint(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
          viewBox=\"0 0 {grid_width} {grid_height}\" role=\"img\" aria-label=\"{label}\">{content}"
     );
-    Ok(Drawing { file_stem: figure.name, svg, width, height, caption, picture: None })
+    Ok(Drawing { file_stem, svg, width, height, caption, picture: None })
 }
 
 /// For an attribute's value.

@@ -13,6 +13,7 @@
 //! | `curves.rs`, `numbers.rs` | smoothing, quartiles over time; numbers as people read them |
 //! | `canvas.rs`, `axis.rs` | the page, the font, the axes |
 //! | `robot.rs`, `learning_curves.rs`, `close_up.rs`, `feet.rs`, `scatter.rs`, `final_values.rs`, `health.rs` | one figure each |
+//! | `landscape.rs` | [`landscape_curves`], [`landscape_maps`]: slices through parameters, of numbers alone |
 //!
 //! ```no_run
 //! use figures::{FIGURES, Measure, Options, Results, draw};
@@ -44,6 +45,7 @@ mod feet;
 mod final_values;
 mod findings;
 mod health;
+mod landscape;
 mod learning_curves;
 mod measure;
 mod numbers;
@@ -62,6 +64,7 @@ use std::path::PathBuf;
 
 pub use contacts::Contacts;
 pub use findings::{Evidence, Findings, Group, Mix, STATISTICS, Statement, Verdict};
+pub use landscape::{LandscapeMap, LandscapeProfile, landscape_curves, landscape_maps};
 pub use measure::Measure;
 pub use numbers::{capitalised, grouped, three_digits};
 pub use outcome::{Choice, Outcome, best_and_median, tenth_of};

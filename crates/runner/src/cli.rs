@@ -9,7 +9,7 @@ use serde::Serialize;
 
 pub use values::{Cells, Size, Task};
 
-use crate::{experiment::known, training::SolverKind};
+use crate::{experiment::known, landscape::Landscape, training::SolverKind};
 
 mod values;
 
@@ -132,6 +132,14 @@ setting's best and median cell. What reads a run reads it, too.")]
   itarl rollout runs/quick/cells/xi=0.75/seed=1 --steps 600 --csv walk.csv
   itarl rollout models/svenja.toml --policy models/gaits/svenja.toml")]
     Rollout(Rollout),
+    /// Measure how reward, task and information depend on a policy's parameters, on slices through them
+    #[command(after_help = "Examples:
+  itarl landscape runs/worlds/cells/xi=0.75/seed=3 --directions 2 --plane --out landscape
+  itarl landscape --between runs/worlds/cells/xi=1/seed=1 runs/worlds/cells/xi=1/seed=2 --out landscape
+
+Stopped or killed, it goes on with the same command; another --xi or --mix takes no rollout more.
+docs/landscapes.md says what each file and measure is.")]
+    Landscape(Landscape),
     /// Write a run's report: one page with its tables, its figures, and its robots in 3-D
     #[command(after_help = "Example:
   itarl report runs/quick    # runs/quick/report.html, for any browser, on any machine")]

@@ -9,6 +9,7 @@
 //! | [`merge`] | run folders put together |
 //! | [`rollout`], [`gait`] | a policy or a gait without learning |
 //! | [`publish`] | what others need of a run, in a small folder |
+//! | [`landscape`] | how reward, task and information depend on a policy's parameters |
 //! | [`clips`], [`report`] | what `scenes` and `figures` show of a run, composed |
 //! | [`cli`], [`commands`], [`progress`] | what can be typed, what it does, and how far it is |
 //!
@@ -23,6 +24,7 @@ pub mod clips;
 pub mod commands;
 pub mod experiment;
 pub mod gait;
+pub mod landscape;
 pub mod merge;
 pub mod progress;
 pub mod publish;

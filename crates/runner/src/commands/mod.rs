@@ -4,6 +4,7 @@ mod bench;
 mod findings;
 mod import;
 mod json;
+mod landscape;
 mod merge;
 mod model;
 mod plot;
@@ -75,6 +76,7 @@ pub fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Findings { run } => findings::findings(&run),
         Command::Publish(arguments) => publish::publish(&arguments),
         Command::Rollout(arguments) => rollout::rollout(&arguments),
+        Command::Landscape(arguments) => landscape::landscape(&arguments),
         Command::Report { run } => report::report(&run),
         Command::Replay(arguments) => replay::replay(&arguments),
         Command::Model(arguments) => model::model(&arguments),

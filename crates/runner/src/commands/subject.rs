@@ -59,7 +59,7 @@ impl Subject {
     }
 
     /// The policy whose parameters a cell has exported.
-    fn learned(&self, path: &Path) -> anyhow::Result<Box<dyn Policy>> {
+    pub(super) fn learned(&self, path: &Path) -> anyhow::Result<Box<dyn Policy>> {
         let name = || path.display().to_string();
         let bytes = atomic::read(path)?
             .with_context(|| format!("{}: there's none before the first checkpoint", name()))?;
