@@ -13,7 +13,7 @@ use std::{
 use common::*;
 use tempfile::TempDir;
 
-const COMMANDS: [&[&str]; 0] = [
+const COMMANDS: [&[&str]; 20] = [
     &["train"],
     &["resume"],
     &["cell"],
@@ -30,7 +30,9 @@ const COMMANDS: [&[&str]; 0] = [
     &["rollout"],
     &["model", "check"],
     &["model", "show"],
+    &["model", "import"],
     &["bench"],
+    &["landscape"],
     &["completions"],
 ];
 
