@@ -283,9 +283,9 @@ mod tests {
         rows.extend([row("b", "R_Loc", 6.0), row("b", "xi=1", 7.0)]);
         let found = summarise(&rows, "R_Loc", "R_Loc");
         assert_eq!(found.len(), 2);
-        assert_eq!((found[0].n, found[0].mean, found[0].difference.clone()), (2, 4.0, None));
+        assert_eq!((found[0].n, found[0].mean, found[0].difference), (2, 4.0, None));
         // 5 - 2 and 7 - 6; two cells are too few for an interval.
-        assert_eq!((found[1].mean, found[1].difference.clone()), (6.0, Some((2.0, None))));
+        assert_eq!((found[1].mean, found[1].difference), (6.0, Some((2.0, None))));
         let many: Vec<_> = (0..8).map(|i| row(&i.to_string(), "R_Loc", f64::from(i))).collect();
         let interval = summarise(&many, "R_Loc", "R_Loc")[0].interval.unwrap();
         assert!(interval.low > 1.0 && interval.low < 3.5 && interval.high < 6.0, "{interval:?}");

@@ -89,15 +89,16 @@ mod tests {
         let layout = RobotLayout { n_positions: 2, n_bins: 4, ..RobotLayout::default() };
         let mut reward = Reward::new(settings, &layout, 1).unwrap();
         reward.begin(&[0, 3]).unwrap();
-        let mut robots = vec![RobotState::default()];
+        let mut before = RobotState::default();
         let steps = (1..60_u64).map(|i| {
-            let mut after = robots[0].clone();
+            let mut after = before.clone();
             after.centre_of_gravity_m.x += 0.01 * (i as f64).sin();
             after.penalised_contacts = (i % 3) as usize;
             let bins = [i * i % 4, i / 2 % 4];
-            let before = std::mem::replace(&mut robots[0], after);
-            let step = Transition { bins: &bins, ..Transition::between(&before, &robots[0]) };
-            reward.evaluate(&step, 0).unwrap()
+            let step = Transition { bins: &bins, ..Transition::between(&before, &after) };
+            let terms = reward.evaluate(&step, 0).unwrap();
+            before = after;
+            terms
         });
         steps.collect()
     }
