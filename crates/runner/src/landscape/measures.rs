@@ -158,7 +158,7 @@ fn slope_correlations(rows: &[Row], task: &str) -> Vec<Summary> {
             measure: "slope_correlation",
             function: function.to_owned(),
             n: predicted.len(),
-            mean: statistics::pearson(pairs)?,
+            mean: statistics::pearson(statistics::moments(pairs))?,
             interval: None,
             difference: None,
         })
