@@ -172,7 +172,10 @@ pub fn wilson(n_true: usize, n: usize) -> Interval {
     let middle = share + Z * Z / (2.0 * n);
     let half = Z * (share * (1.0 - share) / n + Z * Z / (4.0 * n * n)).sqrt();
     let [low, high] = [middle - half, middle + half].map(|end| end / (1.0 + Z * Z / n));
-    Interval { low: low.max(0.0), high: high.min(1.0) }
+    // By the formula it's 0 if none is and 1 if all are, which rounding doesn't always meet.
+    let low = if n_true == 0 { 0.0 } else { low.max(0.0) };
+    let high = if share == 1.0 { 1.0 } else { high.min(1.0) };
+    Interval { low, high }
 }
 
 /// The probability, if both have the same mean, that `a` exceeds `b` as far or further by chance:
