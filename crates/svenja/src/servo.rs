@@ -81,7 +81,8 @@ pub fn servo_command(servo: &Servo, command: f64, is_linear: bool) -> ServoComma
 
 impl ServoCommand {
     /// What it comes to where the axis has a velocity and something resists it.
-    pub(crate) fn against(self, resistance: &Resistance, velocity: f64) -> Self {
+    #[must_use]
+    pub fn against(self, resistance: &Resistance, velocity: f64) -> Self {
         let Resistance { friction, damping } = *resistance;
         let Self { velocity: wanted, max_force: most } = self;
         let spare = most - friction;
