@@ -167,6 +167,31 @@ fn another_mix_takes_no_rollout() {
     assert!(before.iter().all(|(name, bytes)| after[name] == *bytes));
 }
 
+/// One repeat is drawn, and says nothing of its noise.
+#[test]
+fn one_repeat_makes_pictures_and_no_measures() {
+    let (folder, run) = done();
+    let (cell, out) = (run.join("cells/xi=1/seed=1"), folder.path().join("out"));
+    let words = words(&cell, &out, &["--plane"]);
+    let once: Vec<_> = words.iter().map(|it| if *it == "2" { "1" } else { it }).collect();
+    itarl(&once).ends(DONE);
+    assert!(rows(&out.join("measures.csv")).is_empty());
+    assert!(rows(&out.join("summary.csv")).is_empty());
+    let points = rows(&out.join("points.csv"));
+    // Two lines of 5 points and a plane of 25, and R_Loc, R_MI and five mixes of each.
+    assert_eq!(points.len(), 7 * (2 * 5 + 25));
+    for point in &points {
+        assert!(point["mean"].parse::<f64>().unwrap().is_finite());
+        assert_eq!(point["standard_error"], "");
+    }
+    for picture in ["landscape-curves.svg", "landscape-maps.svg"] {
+        assert!(!fs::read_to_string(out.join(picture)).unwrap().contains("NaN"), "{picture}");
+    }
+    // A second repeat uses the first, and then there are measures.
+    itarl(&words).ends(DONE);
+    assert!(!rows(&out.join("summary.csv")).is_empty());
+}
+
 #[test]
 fn what_cannot_be_measured_is_said() {
     let (folder, run) = done();

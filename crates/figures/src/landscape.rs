@@ -24,7 +24,7 @@ pub struct LandscapeProfile {
     pub t: Vec<f64>,
     /// Each function's means, `[n_functions][n_points]`.
     pub values: Vec<Vec<f64>>,
-    /// Their standard errors.
+    /// Their standard errors; where they aren't known, NaN, and there's no shade.
     pub errors: Vec<Vec<f64>>,
 }
 
@@ -77,7 +77,8 @@ pub fn landscape_curves(names: &[String], profiles: &[LandscapeProfile]) -> Resu
             panel.draw(area, |chart| {
                 let at = |sign: f64| {
                     let points = t.iter().zip(&scaled).zip(&errors[f]);
-                    points.map(move |((t, value), e)| {
+                    let known = points.filter(|(_, e)| e.is_finite());
+                    known.map(move |((t, value), e)| {
                         (*t, (value + sign * e * error).clamp(-0.1, 1.1))
                     })
                 };
@@ -227,7 +228,7 @@ mod tests {
             let profile = LandscapeProfile {
                 title: "xi=1/seed=<5> direction 1".into(),
                 t: (-20..=20).map(f64::from).collect(),
-                errors: vec![vec![0.1; 41]; 3],
+                errors: vec![vec![0.1; 41], vec![f64::NAN; 41], vec![value; 41]],
                 values: vec![values.clone(), vec![value; 41], vec![0.0; 41]],
             };
             let drawn = landscape_curves(&names(3), &vec![profile.clone(); 2]).unwrap();

@@ -55,7 +55,7 @@ pub use curvature::curvature;
 pub use inner::inner;
 pub use optima::{Optima, variation};
 pub use prominence::{Grid, Peak};
-pub use repeats::{Estimate, Repeats};
+pub use repeats::{Estimate, Repeats, require_finite};
 pub use slice::{PrincipalPlane, blocks, random_direction};
 pub use slope::slope;
 

@@ -49,10 +49,8 @@ impl Repeats {
         if let Some(other) = values.iter().find(|it| it.len() != n_points) {
             return refuse("as many points in each", other.len());
         }
-        match values.iter().flatten().find(|value| !value.is_finite()) {
-            Some(value) => Err(Error::new("a value of a slice", "a finite number", value)),
-            None => Ok(Self(values)),
-        }
+        require_finite(&values)?;
+        Ok(Self(values))
     }
 
     /// The number of repeats, at least 2.
@@ -169,6 +167,17 @@ impl Estimate {
     #[must_use]
     pub fn holds(&self, number: f64) -> bool {
         (self.low..=self.high).contains(&number)
+    }
+}
+
+/// Refuses what isn't finite, as the value of a robot that blew up.
+///
+/// # Errors
+/// The first such value of any row.
+pub fn require_finite(rows: &[Vec<f64>]) -> Result<(), Error> {
+    match rows.iter().flatten().find(|value| !value.is_finite()) {
+        Some(value) => Err(Error::new("a value of a slice", "a finite number", value)),
+        None => Ok(()),
     }
 }
 

@@ -35,8 +35,8 @@ pub struct Landscape {
     /// Control steps of a rollout
     #[arg(long, value_name = "N", default_value_t = 500, value_parser = value_parser!(u64).range(1..=100_000))]
     pub steps: u64,
-    /// Rollouts of each point; more can be added later
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u16).range(2..))]
+    /// Rollouts of each point; more can be added later. One draws a slice, measures need two
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = value_parser!(u16).range(1..))]
     pub repeats: u16,
     /// Rollouts of each cell for its policy gradients; 0 leaves them out
     #[arg(long, value_name = "N", default_value_t = 0)]

@@ -5,7 +5,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use ::landscape::{
-    Estimate, Optima, Repeats, barrier, cosine, curvature, distance_correlation, slope, variation,
+    Estimate, Optima, Repeats, barrier, cosine, curvature, distance_correlation, require_finite,
+    slope, variation,
 };
 use figures::statistics::{self, FEWEST_FOR_INTERVAL, Interval};
 
@@ -33,9 +34,9 @@ pub struct Row {
 pub struct Measured {
     /// The mean of each function at each point, `[n_functions][n_points]`.
     pub means: Vec<Vec<f64>>,
-    /// Their standard errors.
+    /// Their standard errors; NaN of one repeat alone.
     pub errors: Vec<Vec<f64>>,
-    /// All measures.
+    /// All measures; none of one repeat alone, which says nothing of its noise.
     pub rows: Vec<Row>,
 }
 
@@ -49,6 +50,9 @@ pub fn measure(
     names: &[String],
     values: Vec<Vec<Vec<f64>>>,
 ) -> Result<Measured, ::landscape::Error> {
+    if values.iter().all(|repeats| repeats.len() == 1) {
+        return of_one_repeat(values.into_iter().flatten().collect());
+    }
     let functions = values.into_iter().map(Repeats::new).collect::<Result<Vec<_>, _>>()?;
     let mut rows = Vec::new();
     for (name, function) in names.iter().zip(&functions) {
@@ -69,6 +73,13 @@ pub fn measure(
         errors: functions.iter().map(Repeats::errors).collect(),
         rows,
     })
+}
+
+/// `[n_functions][n_points]`
+fn of_one_repeat(means: Vec<Vec<f64>>) -> Result<Measured, ::landscape::Error> {
+    require_finite(&means)?;
+    let errors = means.iter().map(|values| vec![f64::NAN; values.len()]).collect();
+    Ok(Measured { means, errors, rows: Vec::new() })
 }
 
 fn of_function(slice: &Slice, function: &Repeats, task: &Repeats) -> Vec<(&'static str, Estimate)> {
