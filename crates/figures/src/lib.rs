@@ -5,7 +5,7 @@
 //! | file | what |
 //! |---|---|
 //! | `results.rs`, `contacts.rs` | [`Results`]: a run folder as plain data: settings, cells, columns |
-//! | `measure.rs` | [`Measure`]: what cells are judged by: the task's own value |
+//! | `measure.rs`, `information.rs` | [`Measure`]: what cells are judged by: the task's own value; [`Information`] beside it |
 //! | `outcome.rs` | [`Outcome`]: what a cell came to; the best and the median one |
 //! | [`statistics`] | quartiles, interquartile mean, bootstrap, correlation |
 //! | `tables.rs` | [`Table`]: the numbers beside the figures |
@@ -45,6 +45,7 @@ mod feet;
 mod final_values;
 mod findings;
 mod health;
+mod information;
 mod landscape;
 mod learning_curves;
 mod measure;
@@ -64,6 +65,7 @@ use std::path::PathBuf;
 
 pub use contacts::Contacts;
 pub use findings::{Evidence, Findings, Group, Mix, STATISTICS, Statement, Verdict};
+pub use information::Information;
 pub use landscape::{LandscapeMap, LandscapeProfile, landscape_curves, landscape_maps};
 pub use measure::Measure;
 pub use numbers::{capitalised, grouped, three_digits};

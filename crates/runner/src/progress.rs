@@ -7,7 +7,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use figures::plain;
+use figures::{Information, plain};
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use runs::{Header, Row};
 
@@ -118,12 +118,13 @@ fn all_steps(cell: &RunCell) -> u64 {
 /// `update 120/300  R 1.2e-5  R_MI 0.031 nats  R_Loc 0.0042 m`
 fn values(cell: &RunCell, row: &Row) -> String {
     let task = cell.task();
+    let nats = |it: &Information| format!("  {} {:.3} {}", it.symbol, row.intrinsic_nats, it.unit);
     format!(
-        "update {}/{}  R {:+.1e}  R_MI {:.3} nats  {} {:+.4} {}",
+        "update {}/{}  R {:+.1e}{}  {} {:+.4} {}",
         row.update,
         cell.cell.experiment.learning.updates,
         row.reward,
-        row.intrinsic_nats,
+        task.information.as_ref().map(nats).unwrap_or_default(),
         task.symbol,
         task.of(row),
         task.unit
