@@ -122,10 +122,18 @@ fn swept(set: &str, sweep: &str) -> (TempDir, PathBuf, String) {
     (folder, run, said.err)
 }
 
-/// Whether a text says a symbol with an index: in figures the index is below the line.
+/// Whether a text says nats: packed numbers might have these four letters anywhere.
+fn says_nats(text: &str) -> bool {
+    [" nats", "\"nats", "[nats"].iter().any(|nats| text.contains(nats))
+}
+
+/// Whether a text says a symbol with an index: in figures the index is below the line. Pages have words of
+/// three.js in them that go on like one.
 fn says(name: &str, text: &str, symbol: &str) -> bool {
     let (_, index) = symbol.split_once('_').unwrap();
-    text.contains(symbol) || name.ends_with(".svg") && text.contains(&format!("\n{index}\n"))
+    let begins = |(at, _)| !text[..at].ends_with(|it: char| it.is_ascii_alphanumeric());
+    let is_below = || name.ends_with(".svg") && text.contains(&format!("\n{index}\n"));
+    text.match_indices(symbol).any(begins) || is_below()
 }
 
 #[test]
@@ -143,7 +151,6 @@ fn a_run_with_transfer_entropy_is_told_by_it_everywhere() {
         "status",
         "summary",
         "findings",
-        "progress",
         "rollout",
         "replay.html",
         "learning-curves.svg",
@@ -168,7 +175,7 @@ fn a_run_without_information_tells_of_none() {
     told.insert("progress".into(), progress);
     for (name, text) in &told {
         let is_said = says(name, text, "R_MI") || says(name, text, "R_TE");
-        assert!(!is_said && !text.contains("nats"), "{name}");
+        assert!(!is_said && !says_nats(text), "{name}");
     }
     assert!(told.contains_key("learning-curves.svg"));
     assert!(!told.contains_key("scatter.svg") && !told.contains_key("correlation.csv"));
@@ -184,9 +191,10 @@ fn a_run_of_several_kinds_of_information_says_so() {
     let told = told(&run);
     let caveat = "different kinds of information (mutual information, transfer entropy)";
     for name in ["status", "summary", "scatter.svg", "findings", "report.html"] {
+        // Each clip of the report has the information of its own cell.
         let is_said = says(name, &told[name], "R_MI") || says(name, &told[name], "R_TE");
-        assert!(!is_said && told[name].contains("information"), "{name}");
-        assert!(told[name].contains(caveat), "{name}");
+        assert!(!is_said || name == "report.html", "{name}");
+        assert!(told[name].contains(caveat) && told[name].contains("information"), "{name}");
     }
     assert!(told["correlation.csv"].contains("pearson_R_Loc_information"));
 }

@@ -296,6 +296,24 @@ mod tests {
         }
     }
 
+    /// What isn't measured is in no figure and no table.
+    #[test]
+    fn a_run_without_information_is_drawn_without() {
+        let mut run = made_up(2, 2, 20);
+        run.measure = Measure::of_task("locomotion", "R_Loc", "m");
+        for figure in FIGURES.iter().filter(of_numbers) {
+            match draw(&run, figure, &Options::default()) {
+                Ok(Drawing { svg, caption, .. }) => {
+                    assert!(!(svg + &caption).contains("nats"), "{}", figure.name);
+                }
+                Err(error) => {
+                    assert!(matches!(error, Error::Nothing { figure: "scatter", .. }), "{error}");
+                }
+            }
+        }
+        assert!(tables(&run).iter().all(|table| table.name != "correlation"));
+    }
+
     #[test]
     fn numbers_of_any_size_are_drawn() {
         for value in [0.0, 1e100, -1e100, 1e-300, f64::MIN_POSITIVE] {
