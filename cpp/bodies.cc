@@ -26,6 +26,19 @@ btVector3 inertia_of(const Call& call, const BodySpec& spec, const ShapeEntry& s
   return inertia;
 }
 
+// Turned any way, its bounding box must stay below the 1e6 m from corner to corner at which
+// Bullet leaves the box where it was. A plane's has no end, and needn't move.
+void check_extent(const Call& call, const btCollisionShape& shape) {
+  if (shape.getShapeType() == STATIC_PLANE_PROXYTYPE) return;
+  btVector3 centre;
+  btScalar radius;
+  shape.getBoundingSphere(centre, radius);
+  if (!(2 * radius <= kLargestMovingDiagonal)) {
+    call.refuse("shape", "at most 4e5 m from corner to corner for a body that moves",
+                "one of " + to_text(2 * radius) + " m");
+  }
+}
+
 // What slept on a body must notice when it goes away.
 void wake_neighbours(State& state, const btRigidBody& body) {
   for (int i = 0; i < state.dispatcher.getNumManifolds(); ++i) {
@@ -52,17 +65,7 @@ BodyId World::add_body(const BodySpec& spec) {
   }
   ShapeEntry& shape = state.shape(call, "shape", spec.shape);
   const btTransform pose = to_transform(call, "pose", spec.pose);
-  // Turned any way, its bounding box must stay below the 1e6 m from corner to corner at which
-  // Bullet leaves the box where it was. A plane's has no end, and needn't move.
-  if (spec.motion != Motion::Static && shape.shape->getShapeType() != STATIC_PLANE_PROXYTYPE) {
-    btVector3 centre;
-    btScalar radius;
-    shape.shape->getBoundingSphere(centre, radius);
-    if (!(2 * radius <= kLargestMovingDiagonal)) {
-      call.refuse("shape", "at most 4e5 m from corner to corner for a body that moves",
-                  "one of " + to_text(2 * radius) + " m");
-    }
-  }
+  if (spec.motion != Motion::Static) check_extent(call, *shape.shape);
   const bool dynamic = spec.motion == Motion::Dynamic;
   btScalar mass = 0;
   btVector3 inertia(0, 0, 0);

@@ -320,6 +320,28 @@ JointState read_joint(const JointEntry& entry) {
   return to;
 }
 
+// Bullet's constraint of a kind of joint between two bodies.
+std::unique_ptr<btTypedConstraint> make_joint(const Call& call, JointKind kind, btRigidBody& a,
+                                              btRigidBody& b, const btTransform& in_a,
+                                              const btTransform& in_b,
+                                              const std::array<CheckedAxis, 6>& axes,
+                                              btScalar time_step) {
+  switch (kind) {
+    case JointKind::Fixed:
+      return std::make_unique<btFixedConstraint>(a, b, in_a, in_b);
+    case JointKind::PointToPoint:
+      return std::make_unique<btPoint2PointConstraint>(a, b, in_a.getOrigin(), in_b.getOrigin());
+    case JointKind::Hinge:
+      return make_hinge(a, b, in_a, in_b, axes[kAngularZ], time_step);
+    case JointKind::Slider:
+      return make_slider(a, b, in_a, in_b, axes[0], axes[kAngularX], axes[kHeldLinear]);
+    case JointKind::SixDofSpring:
+      return make_six_dof(a, b, in_a, in_b, axes);
+    default:
+      call.refuse("kind", "a kind of joint", std::to_string(int(kind)));
+  }
+}
+
 }  // namespace
 
 JointId World::add_joint(const JointSpec& spec) {
@@ -344,27 +366,7 @@ JointId World::add_joint(const JointSpec& spec) {
   auto entry = std::make_unique<JointEntry>();
   btRigidBody& a = *parent.body;
   btRigidBody& b = *child.body;
-  switch (spec.kind) {
-    case JointKind::Fixed:
-      entry->joint = std::make_unique<btFixedConstraint>(a, b, in_parent, in_child);
-      break;
-    case JointKind::PointToPoint:
-      entry->joint = std::make_unique<btPoint2PointConstraint>(a, b, in_parent.getOrigin(),
-                                                               in_child.getOrigin());
-      break;
-    case JointKind::Hinge:
-      entry->joint = make_hinge(a, b, in_parent, in_child, axes[kAngularZ], state.time_step);
-      break;
-    case JointKind::Slider:
-      entry->joint =
-          make_slider(a, b, in_parent, in_child, axes[0], axes[kAngularX], axes[kHeldLinear]);
-      break;
-    case JointKind::SixDofSpring:
-      entry->joint = make_six_dof(a, b, in_parent, in_child, axes);
-      break;
-    default:
-      call.refuse("kind", "a kind of joint", std::to_string(int(spec.kind)));
-  }
+  entry->joint = make_joint(call, spec.kind, a, b, in_parent, in_child, axes, state.time_step);
   entry->kind = spec.kind;
   entry->frame_in_parent = in_parent;
   entry->frame_in_child = in_child;

@@ -188,6 +188,80 @@ fn is_path(name: &str) -> bool {
     plain && (file || name.contains('/')) && !name.starts_with('/')
 }
 
+/// Of a source file.
+const MOST_LINES: usize = 500;
+/// Of a function's body, tests aside.
+const MOST_LINES_OF_A_FUNCTION: usize = 50;
+
+/// A file is one concept, and a function can be read at one look.
+#[test]
+fn files_and_functions_are_short() {
+    let is_source = |file: &&String| {
+        let (_, extension) = file.rsplit_once('.').unwrap_or_default();
+        ["rs", "cc", "h", "inc", "js"].contains(&extension) && !file.contains("/assets/three/")
+    };
+    let (mut too_long, mut n_functions) = (Vec::new(), 0);
+    for file in files().iter().filter(is_source) {
+        let text = read(file);
+        let n_lines = text.lines().count();
+        if n_lines > MOST_LINES {
+            too_long.push(format!("{file}: {n_lines} lines"));
+        }
+        for (line, n_lines) in functions(file, &text) {
+            n_functions += 1;
+            if n_lines > MOST_LINES_OF_A_FUNCTION {
+                too_long.push(format!("{file}:{line}: a function of {n_lines} lines"));
+            }
+        }
+    }
+    assert!(n_functions > 2000, "{n_functions} functions found");
+    assert!(too_long.is_empty(), "\n{}", too_long.join("\n"));
+}
+
+#[test]
+fn functions_are_counted_as_they_are_formatted() {
+    let rust = "impl A {\n    pub(crate) fn a(\n        &self,\n    ) -> u8 {\n        1\n    }\n}\n\n\
+                fn b() {\n    if a {\n        2\n    }\n}\n#[cfg(test)]\nmod tests {\n    fn c() {\n\
+                    }\n}\n";
+    assert_eq!(functions("crates/a/src/lib.rs", rust), [(2, 1), (9, 3)]);
+    assert_eq!(functions("crates/a/tests/a.rs", rust), []);
+    let cpp = "namespace a {\n\nint A::b(int c,\n         int d) const {\n  if (c) {\n    return 1;\n  }\n\
+               \n  return d;\n}\n\n}  // namespace a\n";
+    assert_eq!(functions("cpp/a.cc", cpp), [(4, 5), (5, 1)]);
+}
+
+/// The line of each function's head, and the number of lines of its body: by the indentation, which
+/// formatters see to. In C++ also of blocks with a condition, which are within a function.
+fn functions(file: &str, text: &str) -> Vec<(usize, usize)> {
+    let is_rust = file.ends_with(".rs");
+    if is_rust && (!file.contains("/src/") || file.contains("/tests")) {
+        return Vec::new();
+    }
+    let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    let indentation = |line: &str| line.len() - line.trim_start().len();
+    let is_head = |line: &str| match is_rust {
+        true => {
+            let before = line.split('(').next().unwrap_or_default();
+            !line.starts_with("//") && before.split(' ').any(|word| word == "fn")
+        }
+        false => line.ends_with('{') && line.contains(')'),
+    };
+    let mut functions = Vec::new();
+    for (head, line) in lines.iter().enumerate().filter(|(_, line)| is_head(line.trim_start())) {
+        let is_end = |it: &&str| ['{', ';', '}'].iter().any(|&end| it.ends_with(end));
+        let n_head = lines[head..].iter().position(|it| is_end(&it.trim_end())).unwrap();
+        let body = &lines[head + n_head + 1..];
+        if lines[head + n_head].ends_with('{') {
+            let closes = |it: &&str| {
+                it.trim_start().starts_with('}') && indentation(it) <= indentation(line)
+            };
+            functions.push((head + 1, body.iter().position(|it| closes(it)).unwrap()));
+        }
+    }
+    functions
+}
+
 /// The page binds a class that isn't bound, as a diff: it must still fit the code.
 #[test]
 fn the_example_of_a_new_binding_applies() {

@@ -400,6 +400,26 @@ fn a_bench_begins_with_a_plain_number() {
     }
 }
 
+/// A row for each number of cells, and one for all cores where there are several; of models, too.
+#[test]
+fn a_table_of_costs_has_a_row_for_each_size_of_work() {
+    let words = ["bench", "--table", "--seconds", "0.01", CRAWLER, "tests/models/crawler.toml"];
+    let said = itarl(&[&words[..], &["--json"]].concat()).ends(DONE);
+    let rows: Vec<serde_json::Value> =
+        said.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let of_one_thread: Vec<_> = rows.iter().filter(|row| row["threads"] == 1).collect();
+    let cells: Vec<_> = of_one_thread.iter().map(|row| row["cells"].as_u64().unwrap()).collect();
+    assert_eq!(cells, [[1, 2, 4, 8, 16]; 2].concat());
+    for row in &rows {
+        assert!(row["control_steps_per_second"].as_f64().unwrap() > 0.0, "{row}");
+        assert!(row["state_bytes"].as_u64().unwrap() > 0 && row["name"] == "crawler", "{row}");
+    }
+    itarl(&words).ends(DONE).prints(&["cells on each", "| crawler |"]);
+    itarl(&["bench", CRAWLER, CRAWLER])
+        .ends(FAILED)
+        .complains(&["several files are measured with --table"]);
+}
+
 #[test]
 fn bash_completes_all_commands() {
     let script = itarl(&["completions", "bash"]).ends(DONE).out;

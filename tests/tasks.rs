@@ -1,5 +1,5 @@
-//! What a run came to is told by its own task, with its unit, wherever it's told; by what all
-//! measure, where there are several.
+//! What a run came to is told by its own task, and its information by its own kind, with their units,
+//! wherever they're told; by what all measure, where there are several.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 mod common;
@@ -25,10 +25,17 @@ fn trained(more: &[&str]) -> (TempDir, PathBuf) {
 /// All that the readers of a run print and write, by what it is.
 fn told(run: &Path) -> BTreeMap<String, String> {
     let mut told = BTreeMap::new();
-    for command in ["status", "summary", "plot", "report"] {
+    for command in ["status", "summary", "plot", "findings", "report"] {
         let said = itarl(&[command, text(run)]).ends(DONE);
         told.insert(command.to_owned(), said.out + &said.err);
     }
+    let setting = fs::read_dir(run.join("cells")).unwrap().next().unwrap().unwrap();
+    let cell = setting.path().join("seed=1");
+    let said = itarl(&["rollout", text(&cell), "--steps", "20"]).ends(DONE);
+    told.insert("rollout".into(), said.out);
+    let page = run.join("replay.html");
+    itarl(&["replay", text(&cell), "--html", text(&page)]).ends(DONE);
+    told.insert("replay.html".into(), fs::read_to_string(page).unwrap());
     for (name, bytes) in tree(&run.join("plots")) {
         told.insert(name, String::from_utf8(bytes).unwrap());
     }
@@ -99,6 +106,97 @@ fn a_walking_run_is_told_by_the_papers_symbol() {
     }
     let cell = run.join("cells/xi=1/seed=2");
     assert_eq!(column(&cell, "task"), column(&cell, "R_Loc"));
+}
+
+/// One cell for each of these values of a key, with two seeds.
+fn swept(set: &str, sweep: &str) -> (TempDir, PathBuf, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("swept.toml");
+    let crawler = fs::read_to_string(root().join(CRAWLER)).unwrap();
+    let crawler = crawler.replace("../models", text(&root().join("tests/models")));
+    let crawler = crawler.replace("updates = 30", "updates = 12");
+    let crawler = crawler.replace("\"reward.mix.xi\" = [0.75, 1]", sweep);
+    fs::write(&file, format!("{set}\n{crawler}")).unwrap();
+    let run = folder.path().join("run");
+    let said = itarl(&["train", text(&file), "--out", text(&run)]).ends(DONE);
+    (folder, run, said.err)
+}
+
+/// Whether a text says nats: packed numbers might have these four letters anywhere.
+fn says_nats(text: &str) -> bool {
+    [" nats", "\"nats", "[nats"].iter().any(|nats| text.contains(nats))
+}
+
+/// Whether a text says a symbol with an index: in figures the index is below the line. Pages have words of
+/// three.js in them that go on like one.
+fn says(name: &str, text: &str, symbol: &str) -> bool {
+    let (_, index) = symbol.split_once('_').unwrap();
+    let begins = |(at, _)| !text[..at].ends_with(|it: char| it.is_ascii_alphanumeric());
+    let is_below = || name.ends_with(".svg") && text.contains(&format!("\n{index}\n"));
+    text.match_indices(symbol).any(begins) || is_below()
+}
+
+#[test]
+fn a_run_with_transfer_entropy_is_told_by_it_everywhere() {
+    let set = "reward.intrinsic.kind = 'transfer_entropy'";
+    let (_folder, run, progress) = swept(set, "\"reward.mix.xi\" = [0.75, 1]");
+    let mut told = told(&run);
+    told.insert("progress".into(), progress);
+    for (name, text) in &told {
+        assert!(!says(name, text, "R_MI"), "{name} says R_MI");
+        assert!(!text.to_lowercase().contains("mutual information"), "{name}");
+        assert!(!text.contains("nats per variable"), "{name}");
+    }
+    let names = [
+        "status",
+        "summary",
+        "findings",
+        "rollout",
+        "replay.html",
+        "learning-curves.svg",
+        "scatter.svg",
+        "correlation.csv",
+        "report.html",
+    ];
+    for name in names {
+        assert!(says(name, &told[name], "R_TE"), "{name}");
+    }
+    for name in ["learning-curves.svg", "scatter.svg", "rollout"] {
+        assert!(told[name].contains("nats per link"), "{name}");
+    }
+    assert!(told["correlation.csv"].contains("pearson_R_Loc_R_TE"));
+}
+
+#[test]
+fn a_run_without_information_tells_of_none() {
+    let set = "reward.intrinsic.kind = 'none'";
+    let (_folder, run, progress) = swept(set, "\"reward.mix.xi\" = [1]");
+    let mut told = told(&run);
+    told.insert("progress".into(), progress);
+    for (name, text) in &told {
+        let is_said = says(name, text, "R_MI") || says(name, text, "R_TE");
+        assert!(!is_said && !says_nats(text), "{name}");
+    }
+    assert!(told.contains_key("learning-curves.svg"));
+    assert!(!told.contains_key("scatter.svg") && !told.contains_key("correlation.csv"));
+    let scatter = itarl(&["plot", text(&run), "scatter"]).ends(FAILED);
+    scatter.complains(&["left out scatter: ", "reward.intrinsic.kind", "none"]);
+}
+
+/// They have one unit, and still are other things.
+#[test]
+fn a_run_of_several_kinds_of_information_says_so() {
+    let kinds = "['mutual_information', 'transfer_entropy']";
+    let (_folder, run, _) = swept("", &format!("\"reward.intrinsic.kind\" = {kinds}"));
+    let told = told(&run);
+    let caveat = "different kinds of information (mutual information, transfer entropy)";
+    for name in ["status", "summary", "scatter.svg", "findings", "report.html"] {
+        // Each clip of the report has the information of its own cell.
+        let is_said = says(name, &told[name], "R_MI") || says(name, &told[name], "R_TE");
+        assert!(!is_said || name == "report.html", "{name}");
+        assert!(told[name].contains(caveat) && told[name].contains("information"), "{name}");
+    }
+    assert!(told["correlation.csv"].contains("pearson_R_Loc_information"));
 }
 
 /// Metres and radians are never compared, nor drawn on one axis.

@@ -21,7 +21,7 @@ std::uint64_t Gatherer::enter(const std::vector<WorldRows*>& lanes, int width) {
   return copy_->number;
 }
 
-void Gatherer::gather(const Layout& layout) {
+void Gatherer::gather(const RowLayout& layout) {
   gather_worlds();
   plan(layout);
   gather_motors();
@@ -74,7 +74,7 @@ void Gatherer::fill(Copy& copy) const {
   }
 }
 
-void Gatherer::plan(const Layout& layout) {
+void Gatherer::plan(const RowLayout& layout) {
   plans_.clear();
   joints_.clear();
   const std::vector<JointKey>& keys = layout.signature().joints;
@@ -184,7 +184,7 @@ void Gatherer::gather_bodies(std::uint32_t bodies) {
   }
 }
 
-JointTask& Gatherer::task(const Layout& layout, Scalar* values, Scalar* largest_k) {
+JointTask& Gatherer::task(const RowLayout& layout, Scalar* values, Scalar* largest_k) {
   reports_.make_room(plans_.size() * kReportNumbers * std::size_t(width_));
   task_ = {plans_.data(),
            plans_.data() + plans_.size(),
@@ -228,7 +228,7 @@ void Gatherer::report_lanes(std::uint32_t lanes) const {
   }
 }
 
-MoveTask Gatherer::moves(const Layout& layout, const Scalar* values) {
+MoveTask Gatherer::moves(const RowLayout& layout, const Scalar* values) {
   body_places_.clear();
   for (std::uint32_t i = 0; i < layout.body_count(); ++i) {
     body_places_.push_back(layout.body_place(i));

@@ -18,14 +18,14 @@ class Gatherer {
   // they're built as they are.
   std::uint64_t enter(const std::vector<WorldRows*>& lanes, int width);
   // Reads what the rows of a layout's joints need.
-  void gather(const Layout& layout);
+  void gather(const RowLayout& layout);
   // The rows to make in `values`, the sweep's. Valid until the next gather().
-  JointTask& task(const Layout& layout, Scalar* values, Scalar* largest_k);
+  JointTask& task(const RowLayout& layout, Scalar* values, Scalar* largest_k);
   // Once the task is done and reported of: hands their reports to the joints of these lanes'
   // worlds.
   void report(std::uint32_t lanes) const;
   // The bodies to move, once they're swept.
-  MoveTask moves(const Layout& layout, const Scalar* values);
+  MoveTask moves(const RowLayout& layout, const Scalar* values);
   // Once they're moved: hands these lanes' worlds where their bodies are, and how fast.
   void move(std::uint32_t lanes) const;
 
@@ -40,7 +40,7 @@ class Gatherer {
   };
   Copy& copy_for(int width);
   void fill(Copy& copy) const;
-  void plan(const Layout& layout);
+  void plan(const RowLayout& layout);
   void gather_worlds();
   void gather_motors();
   template <int W>

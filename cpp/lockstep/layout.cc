@@ -43,7 +43,7 @@ std::uint32_t page_part(int lanes) {
 
 }  // namespace
 
-Layout::Layout(Signature signature, std::uint32_t bodies, int frictions, bool interleaved,
+RowLayout::RowLayout(Signature signature, std::uint32_t bodies, int frictions, bool interleaved,
                int lanes)
     : signature_(std::move(signature)),
       bodies_(bodies),
@@ -54,24 +54,24 @@ Layout::Layout(Signature signature, std::uint32_t bodies, int frictions, bool in
       contacts_of_(bodies, 0),
       first_contact_(bodies, 0) {}
 
-void Layout::need_rows(std::uint32_t joint, std::uint32_t count) {
+void RowLayout::need_rows(std::uint32_t joint, std::uint32_t count) {
   if (count <= forms_[joint].size()) return;
   forms_[joint].resize(count);
   settled_ = false;
 }
 
-void Layout::need_contacts(std::uint32_t body, std::uint32_t count) {
+void RowLayout::need_contacts(std::uint32_t body, std::uint32_t count) {
   if (count <= contacts_of_[body]) return;
   contacts_of_[body] = count;
   settled_ = false;
 }
 
-void Layout::set_form(const PlacedRow& row, Form form) {
+void RowLayout::set_form(const PlacedRow& row, Form form) {
   forms_[row.owner][row.part] = form;
   settled_ = false;
 }
 
-void Layout::settle() {
+void RowLayout::settle() {
   if (settled_) return;
   list_rows();
   runs_.clear();
@@ -89,8 +89,21 @@ void Layout::settle() {
   settled_ = true;
 }
 
-void Layout::list_rows() {
+void RowLayout::list_rows() {
   placed_.clear();
+  list_joint_rows();
+  joint_row_count_ = placed_.size();
+  list_contact_rows();
+  pool_rows_.clear();
+  for (std::uint32_t i = 0; i < placed_.size(); ++i) {
+    const bool of_lanes =
+        i < joint_row_count_ &&
+        signature_.joints[placed_[i].owner].type.kind() != JointType::FromPools;
+    if (!of_lanes) pool_rows_.push_back(i);
+  }
+}
+
+void RowLayout::list_joint_rows() {
   first_rows_.clear();
   // The targets of a run must fit into their part of a page.
   const std::uint32_t longest = page_part(lanes_) / target_block(Kind::Angular);
@@ -114,8 +127,9 @@ void Layout::list_rows() {
       shares = form.angular;
     }
   }
-  joint_row_count_ = placed_.size();
+}
 
+void RowLayout::list_contact_rows() {
   contacts_.clear();
   for (const ContactKey& key : signature_.contacts) contacts_.push_back({key.a, key.b, 0});
   for (std::uint32_t body = 0; body < bodies_ && !lists_contacts(); ++body) {
@@ -138,17 +152,10 @@ void Layout::list_rows() {
   for (std::uint32_t contact = 0; contact < contacts_.size() && !interleaved_; ++contact) {
     frictions(contact);
   }
-  pool_rows_.clear();
-  for (std::uint32_t i = 0; i < placed_.size(); ++i) {
-    const bool of_lanes =
-        i < joint_row_count_ &&
-        signature_.joints[placed_[i].owner].type.kind() != JointType::FromPools;
-    if (!of_lanes) pool_rows_.push_back(i);
-  }
 }
 
 // Whether a row without limits is swept in one go with the one before.
-bool Layout::goes_on(std::uint32_t row) const {
+bool RowLayout::goes_on(std::uint32_t row) const {
   if (!sweeps_runs(lanes_) || row == 0 || row >= joint_row_count_) return false;
   // A run's Jacobians must fit into their part of a page.
   if (runs_.back().count == page_part(lanes_) / jacobian_block(Kind::FullFree)) return false;
@@ -157,7 +164,7 @@ bool Layout::goes_on(std::uint32_t row) const {
 }
 
 // Nothing may come between the rows of a run, so a run counts as one.
-std::vector<Touch> Layout::touches() const {
+std::vector<Touch> RowLayout::touches() const {
   std::vector<Touch> touches;
   for (const Run& run : runs_) {
     const PlacedRow& row = placed_[run.first];
@@ -176,7 +183,7 @@ std::vector<Touch> Layout::touches() const {
 // take a read for one of what was just written if the two have the same place in a page, and wait.
 // And since that place is also the place in the nearest cache, what is read once an iteration
 // doesn't drive out there what is read all the time.
-void Layout::place_rows() {
+void RowLayout::place_rows() {
   const std::uint32_t part = page_part(lanes_);
   Shelf written(2 * part, 0, part);
   Shelf read(2 * part, part, 2 * part);
@@ -202,7 +209,7 @@ void Layout::place_rows() {
   size_ = std::max(written.size(), read.size());
 }
 
-void Layout::order_rows(const std::vector<Touch>& touches) {
+void RowLayout::order_rows(const std::vector<Touch>& touches) {
   std::vector<std::uint32_t> impulses(contacts_.size(), 0);
   for (std::size_t i = joint_row_count_; i < placed_.size(); ++i) {
     if (placed_[i].part == 0) impulses[placed_[i].owner] = placed_[i].applied;
@@ -216,7 +223,7 @@ void Layout::order_rows(const std::vector<Touch>& touches) {
   }
 }
 
-void Layout::rows_in_order(const std::vector<std::uint32_t>& contacts,
+void RowLayout::rows_in_order(const std::vector<std::uint32_t>& contacts,
                            std::vector<Row>& out) const {
   out.clear();
   for (std::size_t i = 0; i < order_.size(); ++i) {

@@ -41,10 +41,10 @@ struct Signature {
   }
 };
 
-class Layout {
+class RowLayout {
  public:
   // `frictions`: friction rows for each contact; `lanes`: how wide the vectors are.
-  Layout(Signature signature, std::uint32_t bodies, int frictions, bool interleaved, int lanes);
+  RowLayout(Signature signature, std::uint32_t bodies, int frictions, bool interleaved, int lanes);
 
   const Signature& signature() const { return signature_; }
   int lanes() const { return lanes_; }
@@ -92,6 +92,8 @@ class Layout {
     std::uint32_t a, b, number;  // number among the body's contacts
   };
   void list_rows();
+  void list_joint_rows();
+  void list_contact_rows();
   bool goes_on(std::uint32_t row) const;
   std::vector<Touch> touches() const;
   void place_rows();

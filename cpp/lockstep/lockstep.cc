@@ -10,7 +10,7 @@ namespace itarl {
 
 using lockstep::Instructions;
 using lockstep::WorldRows;
-using lockstep::Layout;
+using lockstep::RowLayout;
 
 namespace {
 
@@ -101,10 +101,19 @@ void Lockstep::study(const State& state) {
 }
 
 void Lockstep::step_some(State** states, std::optional<Refusal>* results, std::size_t count) {
-  while (lanes_.size() < count) lanes_.push_back(std::make_unique<WorldRows>());
-  waiting_.clear();
-  live_.clear();
   const auto start = Clock::now();
+  begin_steps(states, count);
+  set_up_solvers(states, count);
+  begin_ += Clock::now() - start;
+  sweep_all();
+  const auto swept = Clock::now();
+  end_steps(states, results, count);
+  end_ += Clock::now() - swept;
+}
+
+// Forces, contacts, islands of each world; gyroscopic impulses of all together.
+void Lockstep::begin_steps(State** states, std::size_t count) {
+  live_.clear();
   for (std::size_t i = 0; i < count; ++i) {
     if (states[i]->broken) continue;
     states[i]->begin_step();
@@ -115,6 +124,12 @@ void Lockstep::step_some(State** states, std::optional<Refusal>* results, std::s
     gyroscopic_.apply(live_, dynamic_ids_,
                       lockstep::choose_sweep(instructions_, int(live_.size())));
   }
+}
+
+// Solver bodies and rows. What lanes don't cover is solved at once, the others wait.
+void Lockstep::set_up_solvers(State** states, std::size_t count) {
+  while (lanes_.size() < count) lanes_.push_back(std::make_unique<WorldRows>());
+  waiting_.clear();
   for (std::size_t i = 0; i < count; ++i) {
     State& state = *states[i];
     if (state.broken) continue;
@@ -132,7 +147,10 @@ void Lockstep::step_some(State** states, std::optional<Refusal>* results, std::s
       waiting_.push_back(lanes_[i].get());
     }
   }
-  begin_ += Clock::now() - start;
+}
+
+// Worlds that wait, those that are alike together.
+void Lockstep::sweep_all() {
   while (!waiting_.empty()) {
     const WorldRows& first = *waiting_.front();
     alike_.clear();
@@ -147,7 +165,9 @@ void Lockstep::step_some(State** states, std::optional<Refusal>* results, std::s
     waiting_.resize(others);
     sweep_alike();
   }
-  const auto swept = Clock::now();
+}
+
+void Lockstep::end_steps(State** states, std::optional<Refusal>* results, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
     State& state = *states[i];
     try {
@@ -162,14 +182,13 @@ void Lockstep::step_some(State** states, std::optional<Refusal>* results, std::s
       results[i] = refusal;
     }
   }
-  end_ += Clock::now() - swept;
 }
 
 void Lockstep::sweep_alike() {
   std::vector<WorldRows*>& lanes = alike_;
   const auto start = Clock::now();
   const lockstep::SweepChoice choice = lockstep::choose_sweep(instructions_, int(lanes.size()));
-  Layout& layout = layout_for(*lanes.front(), choice.lanes);
+  RowLayout& layout = layout_for(*lanes.front(), choice.lanes);
   packing_.pack(layout, lanes, choice);
   lockstep::Sweep sweep = packing_.sweep(lanes.front()->solver().info().m_numIterations);
   const auto packed = Clock::now();
@@ -201,7 +220,7 @@ void Lockstep::sweep_alike() {
   unpack_ += Clock::now() - swept;
 }
 
-Layout& Lockstep::layout_for(const WorldRows& lane, int width) {
+RowLayout& Lockstep::layout_for(const WorldRows& lane, int width) {
   for (const auto& layout : layouts_) {
     if (layout->lanes() == width && layout->signature() == lane.signature()) return *layout;
   }
@@ -209,7 +228,7 @@ Layout& Lockstep::layout_for(const WorldRows& lane, int width) {
   const int mode = lane.solver().info().m_solverMode;
   std::uint32_t bodies = 0;
   for (const std::uint32_t dynamic_id : dynamic_ids_) bodies += dynamic_id != lockstep::kNoBody;
-  layouts_.push_back(std::make_unique<Layout>(
+  layouts_.push_back(std::make_unique<RowLayout>(
       lane.signature(), bodies, (mode & SOLVER_USE_2_FRICTION_DIRECTIONS) != 0 ? 2 : 1,
       (mode & SOLVER_INTERLEAVE_CONTACT_AND_FRICTION_CONSTRAINTS) != 0, width));
   return *layouts_.back();

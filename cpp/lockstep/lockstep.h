@@ -37,8 +37,12 @@ class Lockstep {
 
  private:
   void step_some(State** states, std::optional<Refusal>* results, std::size_t count);
+  void begin_steps(State** states, std::size_t count);
+  void set_up_solvers(State** states, std::size_t count);
+  void sweep_all();
   void sweep_alike();
-  lockstep::Layout& layout_for(const lockstep::WorldRows& lane, int width);
+  void end_steps(State** states, std::optional<Refusal>* results, std::size_t count);
+  lockstep::RowLayout& layout_for(const lockstep::WorldRows& lane, int width);
   void study(const State& state);
 
   lockstep::Instructions instructions_;
@@ -52,7 +56,7 @@ class Lockstep {
   std::vector<std::unique_ptr<lockstep::WorldRows>> lanes_;
   // Of worlds whose rows are ready, and those of them that go into one sweep.
   std::vector<lockstep::WorldRows*> waiting_, alike_;
-  std::vector<std::unique_ptr<lockstep::Layout>> layouts_;
+  std::vector<std::unique_ptr<lockstep::RowLayout>> layouts_;
   std::vector<State*> live_;  // worlds in the step that aren't broken
   lockstep::Gyroscopic gyroscopic_;
   lockstep::Packing packing_;

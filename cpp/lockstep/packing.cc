@@ -124,7 +124,7 @@ class Writer {
 
 }  // namespace
 
-void Packing::pack(Layout& layout, std::vector<WorldRows*>& lanes, const SweepChoice& choice) {
+void Packing::pack(RowLayout& layout, std::vector<WorldRows*>& lanes, const SweepChoice& choice) {
   layout_ = &layout;
   lanes_ = lanes;
   width_ = choice.lanes;
@@ -153,7 +153,7 @@ void Packing::pack(Layout& layout, std::vector<WorldRows*>& lanes, const SweepCh
 }
 
 // For as many rows of joints and contacts as the worlds have now.
-void Packing::make_room(Layout& layout) {
+void Packing::make_room(RowLayout& layout) {
   contacts_now_.assign(layout.body_count(), 0);
   for (const WorldRows* lane : lanes_) {
     for (std::uint32_t i = 0; i < lane->signature().joints.size(); ++i) {
@@ -169,7 +169,7 @@ void Packing::make_room(Layout& layout) {
 }
 
 template <int W>
-void Packing::pack_lanes(Layout& layout) {
+void Packing::pack_lanes(RowLayout& layout) {
   do {  // a row that turns out to be less special than it was moves the others
     layout.settle();
     for (WorldRows* lane : lanes_) lane->assign_rows(layout);
@@ -181,7 +181,7 @@ void Packing::pack_lanes(Layout& layout) {
 }
 
 // False if a row's form had to be corrected.
-bool Packing::fit_forms(Layout& layout) const {
+bool Packing::fit_forms(RowLayout& layout) const {
   bool fits = true;
   const auto fit = [&](const PlacedRow& row) {
     const Form before = layout.form(row);
@@ -205,7 +205,7 @@ bool Packing::fit_forms(Layout& layout) const {
 }
 
 template <int W>
-void Packing::pack_rows(const Layout& layout) {
+void Packing::pack_rows(const RowLayout& layout) {
   largest_k_.fill(0);
   for (const std::uint32_t i : layout.pool_rows()) {
     const PlacedRow& row = layout.rows()[i];
@@ -221,7 +221,7 @@ void Packing::pack_rows(const Layout& layout) {
 }
 
 template <int W>
-void Packing::pack_bodies(const Layout& layout) {
+void Packing::pack_bodies(const RowLayout& layout) {
   alignas(64) std::array<Scalar, W> unused;
   for (std::uint32_t body = 0; body <= layout.body_count(); ++body) {
     std::array<const btSolverBody*, W> from;

@@ -21,7 +21,7 @@ class Packing {
  public:
   // Brings `layout` up to what the lanes need, and fills in the sweep's rows and values. At most as
   // many lanes as `choice` has.
-  void pack(Layout& layout, std::vector<WorldRows*>& lanes, const SweepChoice& choice);
+  void pack(RowLayout& layout, std::vector<WorldRows*>& lanes, const SweepChoice& choice);
   // Lanes with a row that can't be swept, as bits; what the sweep makes of them means nothing.
   std::uint32_t unsound() const { return joints_->unsound; }
 
@@ -35,18 +35,18 @@ class Packing {
   void unpack(const SweepChoice& choice, std::uint32_t lanes);
 
  private:
-  void make_room(Layout& layout);
+  void make_room(RowLayout& layout);
   template <int W>
-  void pack_lanes(Layout& layout);
+  void pack_lanes(RowLayout& layout);
   void unpack_pools(std::uint32_t lane);
-  bool fit_forms(Layout& layout) const;
+  bool fit_forms(RowLayout& layout) const;
   template <int W>
-  void pack_rows(const Layout& layout);
+  void pack_rows(const RowLayout& layout);
   template <int W>
-  void pack_bodies(const Layout& layout);
+  void pack_bodies(const RowLayout& layout);
 
   std::vector<WorldRows*> lanes_;
-  Layout* layout_ = nullptr;
+  RowLayout* layout_ = nullptr;
   int width_ = 1;
   std::vector<std::uint32_t> contacts_now_;  // by dynamic_id
   std::vector<Row> rows_;

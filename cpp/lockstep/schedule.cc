@@ -49,6 +49,18 @@ Followers followers_of(const std::vector<Touch>& rows, std::uint32_t bodies) {
   return next;
 }
 
+// For each row, the longest wait from its beginning to the end of the sweep.
+std::vector<int> longest_waits(const std::vector<Touch>& rows, const Followers& next) {
+  std::vector<int> wait(rows.size(), 0);
+  for (std::size_t i = rows.size(); i-- > 0;) {
+    for (const std::uint32_t follower : {next.after_a[i], next.after_b[i]}) {
+      if (follower != kNoBody) wait[i] = std::max(wait[i], wait[follower]);
+    }
+    wait[i] += cost_of(rows[i]).latency;
+  }
+  return wait;
+}
+
 std::uint32_t count_bodies(const std::vector<Touch>& rows) {
   std::uint32_t bodies = 0;
   for (const Touch& row : rows) {
@@ -64,15 +76,7 @@ std::vector<std::uint32_t> schedule(const std::vector<Touch>& rows) {
   const std::size_t n = rows.size();
   const std::uint32_t bodies = count_bodies(rows);
   const Followers next = followers_of(rows, bodies);
-
-  // The longest wait from a row's beginning to the end of the sweep.
-  std::vector<int> wait(n, 0);
-  for (std::size_t i = n; i-- > 0;) {
-    for (const std::uint32_t follower : {next.after_a[i], next.after_b[i]}) {
-      if (follower != kNoBody) wait[i] = std::max(wait[i], wait[follower]);
-    }
-    wait[i] += cost_of(rows[i]).latency;
-  }
+  const std::vector<int> wait = longest_waits(rows, next);
 
   std::vector<int> waits_for(n, 0);  // rows before it
   for (std::size_t i = 0; i < n; ++i) {

@@ -160,7 +160,7 @@ void WorldRows::read_contacts() {
   if (touch) signature_.contacts = pairs_;
 }
 
-void WorldRows::assign_rows(const Layout& layout) {
+void WorldRows::assign_rows(const RowLayout& layout) {
   const std::vector<PlacedRow>& rows = layout.rows();
   rows_.assign(rows.size(), nullptr);
   const btSolverConstraint* const joints =

@@ -43,7 +43,7 @@ class WorldRows {
   btSolverBody* body(std::uint32_t body) const { return bodies_[body]; }
 
   // Finds the rows that a layout has.
-  void assign_rows(const Layout& layout);
+  void assign_rows(const RowLayout& layout);
   // By index in the layout; null if there is none in the pools.
   const btSolverConstraint* row(std::size_t index) const { return rows_[index]; }
   // Whether a contact row's one moving body is the first of its two.

@@ -69,7 +69,7 @@ fn draw(run: &Results, options: &Options) -> Result<Drawing, Error> {
     let lines = |setting: &&Setting| wrap(&setting_line(&setting.name), NORMAL, width).len();
     let title = settings.iter().map(lines).max().unwrap_or(1) as f64 * TITLE_LINE + 28.0;
     let band = title + FRAME_HEIGHT + BELOW + 30.0 + 4.0 * LEGEND_LINE + 10.0;
-    let notes = run.with_caveat(vec![note(run, w * run.every)]);
+    let notes = run.with_caveats(vec![note(run, w * run.every)]);
     let caption = FIGURE.caption_with(run, &notes);
     paint(&FIGURE, n_bands * band + notes_height(&notes) + 14.0, caption, |area| {
         for (i, (setting, curves)) in settings.iter().zip(&curves).enumerate() {

@@ -53,7 +53,7 @@ impl Contacts {
 
 #[cfg(test)]
 mod tests {
-    use runs::Layout;
+    use runs::RecordingLayout;
 
     use super::*;
 
@@ -61,7 +61,7 @@ mod tests {
     fn feet_are_the_last_readings_by_the_names_of_bodies() {
         let names = |names: &[&str]| names.iter().map(ToString::to_string).collect();
         let recording = Recording {
-            layout: Layout {
+            layout: RecordingLayout {
                 actuators: names(&["hip"]),
                 bodies: names(&["torso", "left foot", "right foot"]),
                 frames_per_step: 5,

@@ -5,12 +5,14 @@ use std::path::PathBuf;
 use runs::Row;
 
 use super::{
-    CellResults, Measure, Outcome, Results, Setting, curves::Thinned, statistics::moments,
+    CellResults, Information, Measure, Outcome, Results, Setting, curves::Thinned,
+    statistics::moments,
 };
 
 /// The paper's task.
 pub(super) fn locomotion() -> Measure {
-    Measure::of_task("locomotion", "R_Loc", "m")
+    let information = Information::of_kind("mutual_information", "R_MI", ["nats", "variable"]);
+    Measure::of_task("locomotion", "R_Loc", "m").with(Some(information), None)
 }
 
 /// Settings with a curve of R_Loc for each cell. R is its square, R_MI its half, and so are the norms.

@@ -132,7 +132,7 @@ fn notes(run: &Results, shown: &[&Contacts]) -> Vec<String> {
         run.measure.axis_unit(),
         run.window
     );
-    let mut notes = run.with_caveat(vec![windows]);
+    let mut notes = run.with_caveats(vec![windows]);
     // Settings may have different robots.
     for contacts in shown {
         let feet = contacts.feet.iter().enumerate();

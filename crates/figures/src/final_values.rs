@@ -48,7 +48,7 @@ const WITH_INTERVALS: f64 = 52.0;
 const LETTERS: &[u8] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZ";
 
 /// Where things are.
-struct Layout {
+struct Frames {
     dots: Rect,
     /// Of the matrix's squares; none with one setting.
     matrix: Option<Rect>,
@@ -68,7 +68,7 @@ struct Labels {
 }
 
 fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
-    let layout = Layout::of(run);
+    let layout = Frames::of(run);
     let notes = [vec![note(run)], caveats(run)].concat();
     let caption = FIGURE.caption_with(run, &notes);
     paint(&FIGURE, layout.bottom + notes_height(&notes) + 6.0, caption, |area| {
@@ -80,7 +80,7 @@ fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
     })
 }
 
-impl Layout {
+impl Frames {
     fn of(run: &Results) -> Self {
         let n = run.settings.len();
         let beside = Self::with(run, n <= BESIDE, false);
@@ -158,7 +158,7 @@ fn note(run: &Results) -> String {
     )
 }
 
-fn draw_dots(area: &Area<'_>, run: &Results, layout: &Layout) -> Result<(), Error> {
+fn draw_dots(area: &Area<'_>, run: &Results, layout: &Frames) -> Result<(), Error> {
     let frame = layout.dots;
     let n = run.settings.len();
     let iqms: Vec<_> = run.settings.iter().map(iqm).collect();
@@ -271,8 +271,8 @@ fn draw_facts(
     Ok(())
 }
 
-fn draw_matrix(area: &Area<'_>, run: &Results, frame: Rect, layout: &Layout) -> Result<(), Error> {
-    let Layout { square, labels, .. } = layout;
+fn draw_matrix(area: &Area<'_>, run: &Results, frame: Rect, layout: &Frames) -> Result<(), Error> {
+    let Frames { square, labels, .. } = layout;
     let n_lines = labels.above_matrix.iter().map(Vec::len).max().unwrap_or(1) as f64;
     let left = frame.x - layout.names;
     let title = format!(

@@ -54,7 +54,7 @@ fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
     let n_bands = quantities.len().div_ceil(N_COLUMNS);
     let legend = legend(&run.settings);
     let legend_height = legend.last().map_or(0.0, |(_, y)| y + LEGEND_LINE);
-    let notes = run.with_caveat(vec![note(w * run.every)]);
+    let notes = run.with_caveats(vec![note(w * run.every)]);
     let caption = FIGURE.caption_with(run, &notes);
     let bottom = n_bands as f64 * BAND + 26.0;
     paint(&FIGURE, bottom + legend_height + notes_height(&notes) + 14.0, caption, |area| {
@@ -106,6 +106,7 @@ fn is_other(name: &str, measure: &Measure) -> bool {
     match name {
         "update" | "control_steps" | "R" | "R_MI_nats" | "task" => false,
         "R_Loc" => !measure.is_advance(),
+        "R_MI" | "R_MI_miller_madow_nats" => measure.information.is_some(),
         _ => true,
     }
 }

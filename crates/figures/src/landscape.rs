@@ -62,7 +62,7 @@ pub fn landscape_curves(names: &[String], profiles: &[LandscapeProfile]) -> Resu
          a mean to either side."
             .to_owned(),
     ];
-    let layout = Layout { n: names.len(), row: ROW };
+    let layout = Rows { n: names.len(), row: ROW };
     layout.paint(
         (CURVES, names),
         &titles(profiles, |it| &it.title),
@@ -102,8 +102,8 @@ pub fn landscape_maps(names: &[String], maps: &[LandscapeMap]) -> Result<Drawing
         "From the lowest mean of a map, dark, to the highest, light, in {LEVELS} bands of equal height; \
          what blew up is grey."
     )];
-    let width = Layout { n: names.len(), row: 0.0 }.width();
-    let layout = Layout { n: names.len(), row: width };
+    let width = Rows { n: names.len(), row: 0.0 }.width();
+    let layout = Rows { n: names.len(), row: width };
     layout.paint((MAPS, names), &titles(maps, |it| &it.title), &notes, |area, row, f, frame| {
         let LandscapeMap { reach, values, .. } = &maps[row];
         let axis = Axis::new(-reach..*reach, 3);
@@ -160,12 +160,12 @@ fn titles<T>(slices: &[T], title: impl Fn(&T) -> &String) -> Vec<String> {
 }
 
 /// Rows of n panels each.
-struct Layout {
+struct Rows {
     n: usize,
     row: f64,
 }
 
-impl Layout {
+impl Rows {
     fn width(&self) -> f64 {
         let n = self.n.max(1) as f64;
         ((PAGE - LEFT - 16.0 + GAP) / n - GAP).min(260.0)

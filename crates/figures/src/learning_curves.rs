@@ -1,5 +1,5 @@
-//! Learning curves (the paper's figure 2): a column a setting, rows R, R_MI and what the run is
-//! judged by, the paper's R_Loc, over updates.
+//! Learning curves (the paper's figure 2): a column a setting, rows R, the information, the paper's
+//! R_MI, and what the run is judged by, the paper's R_Loc, over updates.
 
 use plotters::{
     element::{PathElement, Polygon},
@@ -20,9 +20,11 @@ pub(super) const FIGURE: Figure = Figure {
     name: "learning-curves",
     title: |_| "Learning curves".into(),
     caption: |measure| {
+        let information = measure.information.as_ref().map(|it| format!(", {}", it.name()));
         format!(
-            "Reward R, mutual information R_MI and {} over updates for each setting: quartiles, the \
-             middle half and the mean of its cells, each smoothed by means over windows.",
+            "Reward R{} and {} over updates for each setting: quartiles, the middle half and the mean \
+             of its cells, each smoothed by means over windows.",
+            information.unwrap_or_default(),
             measure.name()
         )
     },
@@ -41,7 +43,7 @@ const GAP: f64 = 24.0;
 const TITLE_LINE: f64 = 18.0;
 const MARGIN: f64 = 44.0;
 
-/// One of the three rows.
+/// A row.
 struct Quantity {
     label: String,
     unit: String,
@@ -51,34 +53,35 @@ struct Quantity {
     is_shared: bool,
 }
 
-fn quantities(measure: &Measure) -> [Quantity; 3] {
-    [
-        Quantity {
-            label: "R".into(),
-            unit: "reward".into(),
-            color: GREEN,
-            column: |cell| &cell.reward,
-            is_shared: false,
-        },
-        Quantity {
-            label: "R_MI".into(),
-            unit: "nats per variable".into(),
-            color: VERMILLION,
-            column: |cell| &cell.intrinsic_nats,
-            is_shared: true,
-        },
-        Quantity {
-            label: measure.symbol.clone(),
-            unit: measure.axis_unit(),
-            color: BLUE,
-            column: |cell| &cell.performance,
-            is_shared: true,
-        },
-    ]
+fn quantities(measure: &Measure) -> Vec<Quantity> {
+    let reward = Quantity {
+        label: "R".into(),
+        unit: "reward".into(),
+        color: GREEN,
+        column: |cell| &cell.reward,
+        is_shared: false,
+    };
+    let information = measure.information.as_ref().map(|it| Quantity {
+        label: it.symbol.clone(),
+        unit: it.axis_unit(),
+        color: VERMILLION,
+        column: |cell| &cell.intrinsic_nats,
+        is_shared: true,
+    });
+    let performance = Quantity {
+        label: measure.symbol.clone(),
+        unit: measure.axis_unit(),
+        color: BLUE,
+        column: |cell| &cell.performance,
+        is_shared: true,
+    };
+    [Some(reward), information, Some(performance)].into_iter().flatten().collect()
 }
 
 /// Columns in bands, one below another.
-struct Layout {
+struct Grid {
+    /// Of a band: one for each quantity.
+    n_rows: usize,
     n_columns: usize,
     frame_width: f64,
     title_lines: usize,
@@ -100,16 +103,16 @@ fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
             run.settings.iter().map(of_setting).collect()
         })
         .collect();
-    let layout = Layout::of(run);
-    let notes = run.with_caveat(vec![note(w * run.every)]);
-    let n_bands = run.settings.len().div_ceil(layout.n_columns) as f64;
-    let height = n_bands * layout.band() + 26.0 + notes_height(&notes) + 18.0;
+    let grid = Grid::of(run, quantities.len());
+    let notes = run.with_caveats(vec![note(w * run.every)]);
+    let n_bands = run.settings.len().div_ceil(grid.n_columns) as f64;
+    let height = n_bands * grid.band() + 26.0 + notes_height(&notes) + 18.0;
     let caption = FIGURE.caption_with(run, &notes);
     paint(&FIGURE, height, caption, |area| {
         for (quantity, (row, curves)) in quantities.iter().zip(curves.iter().enumerate()) {
-            draw_row(area, run, &layout, (row, quantity), curves)?;
+            draw_row(area, run, &grid, (row, quantity), curves)?;
         }
-        let y = n_bands * layout.band() + 12.0;
+        let y = n_bands * grid.band() + 12.0;
         draw_legend(area, y)?;
         write_notes(area, y + 24.0, &notes)
     })
@@ -126,8 +129,8 @@ fn note(w: usize) -> String {
     )
 }
 
-impl Layout {
-    fn of(run: &Results) -> Self {
+impl Grid {
+    fn of(run: &Results, n_rows: usize) -> Self {
         let n = run.settings.len();
         let n_columns = n.div_ceil(n.div_ceil(COLUMNS));
         let available = PAGE - MARGIN - 12.0;
@@ -135,7 +138,7 @@ impl Layout {
         let lines =
             |setting: &Setting| setting_lines(&setting.name, NORMAL, frame_width + 40.0).len();
         let title_lines = run.settings.iter().map(lines).max().unwrap_or(1);
-        Self { n_columns, frame_width, title_lines }
+        Self { n_rows, n_columns, frame_width, title_lines }
     }
 
     fn title(&self) -> f64 {
@@ -143,7 +146,7 @@ impl Layout {
     }
 
     fn band(&self) -> f64 {
-        self.title() + 3.0 * ROW + 2.0 * GAP + BELOW + 34.0
+        self.title() + self.n_rows as f64 * (ROW + GAP) - GAP + BELOW + 34.0
     }
 
     fn frame(&self, setting: usize, row: usize) -> Rect {
@@ -160,7 +163,7 @@ impl Layout {
 fn draw_row(
     area: &Area<'_>,
     run: &Results,
-    layout: &Layout,
+    grid: &Grid,
     (row, quantity): (usize, &Quantity),
     curves: &[Vec<Spread>],
 ) -> Result<(), Error> {
@@ -169,15 +172,15 @@ fn draw_row(
         [low, median, high, spread.mean]
     };
     let shared = Axis::around(curves.iter().flatten().flat_map(values), 6);
-    let x = Axis::updates(run.longest(), layout.frame_width);
+    let x = Axis::updates(run.longest(), grid.frame_width);
     for (i, (setting, curve)) in run.settings.iter().zip(curves).enumerate() {
-        let frame = layout.frame(i, row);
-        let is_first = i % layout.n_columns == 0;
+        let frame = grid.frame(i, row);
+        let is_first = i % grid.n_columns == 0;
         let own = Axis::around(curve.iter().flat_map(values), 6);
         let y = if quantity.is_shared { &shared } else { &own };
-        let x_numbers = row == 2;
-        let panel =
-            Panel { frame, x: &x, y, x_numbers, y_numbers: is_first || !quantity.is_shared };
+        let is_last = row + 1 == grid.n_rows;
+        let y_numbers = is_first || !quantity.is_shared;
+        let panel = Panel { frame, x: &x, y, x_numbers: is_last, y_numbers };
         panel.draw(area, |chart| draw_spreads(chart, curve, quantity.color))?;
         if is_first {
             write_y_label(area, frame, &quantity.label, &quantity.unit)?;
@@ -186,9 +189,9 @@ fn draw_row(
         let at = (frame.right(), frame.y - 10.0);
         write(area, &n, at, &font(SMALL, INK, HPos::Right))?;
         if row == 0 {
-            draw_title(area, layout, &setting.name, frame)?;
+            draw_title(area, grid, &setting.name, frame)?;
         }
-        if row == 2 {
+        if is_last {
             let at = (frame.x + frame.width / 2.0, frame.bottom() + BELOW + 12.0);
             write(area, x.updates_label(), at, &font(SMALL, INK, HPos::Center))?;
         }
@@ -196,8 +199,8 @@ fn draw_row(
     Ok(())
 }
 
-fn draw_title(area: &Area<'_>, layout: &Layout, name: &str, frame: Rect) -> Result<(), Error> {
-    let lines = setting_lines(name, NORMAL, layout.frame_width + 40.0);
+fn draw_title(area: &Area<'_>, grid: &Grid, name: &str, frame: Rect) -> Result<(), Error> {
+    let lines = setting_lines(name, NORMAL, grid.frame_width + 40.0);
     for (i, text) in lines.iter().rev().enumerate() {
         let at = (frame.x + frame.width / 2.0, frame.y - 28.0 - i as f64 * TITLE_LINE);
         write(area, text, at, &font(NORMAL, INK, HPos::Center))?;

@@ -5,7 +5,7 @@
 //! | file | what |
 //! |---|---|
 //! | `results.rs`, `contacts.rs` | [`Results`]: a run folder as plain data: settings, cells, columns |
-//! | `measure.rs` | [`Measure`]: what cells are judged by: the task's own value |
+//! | `measure.rs`, `information.rs` | [`Measure`]: what cells are judged by: the task's own value; [`Information`] beside it |
 //! | `outcome.rs` | [`Outcome`]: what a cell came to; the best and the median one |
 //! | [`statistics`] | quartiles, interquartile mean, bootstrap, correlation |
 //! | `tables.rs` | [`Table`]: the numbers beside the figures |
@@ -45,6 +45,7 @@ mod feet;
 mod final_values;
 mod findings;
 mod health;
+mod information;
 mod landscape;
 mod learning_curves;
 mod measure;
@@ -64,6 +65,7 @@ use std::path::PathBuf;
 
 pub use contacts::Contacts;
 pub use findings::{Evidence, Findings, Group, Mix, STATISTICS, Statement, Verdict};
+pub use information::Information;
 pub use landscape::{LandscapeMap, LandscapeProfile, landscape_curves, landscape_maps};
 pub use measure::Measure;
 pub use numbers::{capitalised, grouped, three_digits};
@@ -292,6 +294,24 @@ mod tests {
                 assert_eq!(draw(&run, figure, &Options::default()).unwrap(), drawing, "{what}");
             }
         }
+    }
+
+    /// What isn't measured is in no figure and no table.
+    #[test]
+    fn a_run_without_information_is_drawn_without() {
+        let mut run = made_up(2, 2, 20);
+        run.measure = Measure::of_task("locomotion", "R_Loc", "m");
+        for figure in FIGURES.iter().filter(of_numbers) {
+            match draw(&run, figure, &Options::default()) {
+                Ok(Drawing { svg, caption, .. }) => {
+                    assert!(!(svg + &caption).contains("nats"), "{}", figure.name);
+                }
+                Err(error) => {
+                    assert!(matches!(error, Error::Nothing { figure: "scatter", .. }), "{error}");
+                }
+            }
+        }
+        assert!(tables(&run).iter().all(|table| table.name != "correlation"));
     }
 
     #[test]

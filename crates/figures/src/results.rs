@@ -51,13 +51,13 @@ pub struct CellResults {
     pub folder: PathBuf,
     /// R, the reward that is optimised.
     pub reward: Vec<f64>,
-    /// R_MI, nats for each variable.
+    /// The information in the reward, in nats; 0 where none is measured.
     pub intrinsic_nats: Vec<f64>,
     /// What it's judged by: the run's measure.
     pub performance: Vec<f64>,
     /// All columns of the metrics, in their order, as thin as they're drawn.
     pub(crate) columns: Vec<Thinned>,
-    /// Of what it's judged by, and R_MI, over its single updates.
+    /// Of what it's judged by, and the information, over its single updates.
     pub(crate) moments: Moments,
     /// The outcome of its training so far.
     pub outcome: Outcome,
@@ -146,9 +146,9 @@ impl Results {
         self.settings.iter().flat_map(|setting| &setting.cells)
     }
 
-    /// Notes, and why the run isn't judged by its task, if it isn't.
-    pub(crate) fn with_caveat(&self, notes: Vec<String>) -> Vec<String> {
-        notes.into_iter().chain(self.measure.caveat.clone()).collect()
+    /// Notes, and what else to keep in mind of the run.
+    pub(crate) fn with_caveats(&self, notes: Vec<String>) -> Vec<String> {
+        notes.into_iter().chain(self.measure.caveats.clone()).collect()
     }
 
     /// Updates of the longest cell.

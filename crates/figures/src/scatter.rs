@@ -1,5 +1,5 @@
-//! Scatter (a figure of the paper's supplement): R_MI over what the run is judged by, a
-//! sliding-window curve for each cell, and how the two correlate.
+//! Scatter (a figure of the paper's supplement): the information, the paper's R_MI, over what the run
+//! is judged by, a sliding-window curve for each cell, and how the two correlate.
 
 use plotters::{
     element::{Circle, PathElement},
@@ -7,7 +7,7 @@ use plotters::{
 };
 
 use super::{
-    CellResults, Drawing, Error, Figure, Measure, Options, Results, Setting,
+    CellResults, Drawing, Error, Figure, Information, Measure, Options, Results, Setting,
     axis::{Axis, BELOW, LEFT, Panel},
     canvas::{
         Area, INK, NORMAL, PAGE, Rect, SMALL, VIRIDIS, font, grid, notes_height, paint,
@@ -16,21 +16,25 @@ use super::{
     curves::sliding_means,
     tables,
 };
-use crate::grouped;
+use crate::{capitalised, grouped};
 
 pub(super) const FIGURE: Figure = Figure {
     name: "scatter",
-    title: |measure| format!("R_MI against {}", measure.symbol),
+    title: |measure| {
+        let symbol = measure.information.as_ref().map_or("Information", |it| &it.symbol);
+        format!("{symbol} against {}", measure.symbol)
+    },
     caption: |measure| {
+        let name = measure.information.as_ref().map_or("information".into(), Information::name);
         format!(
-            "Mutual information R_MI against {}: a curve for each cell, of means over a sliding \
-             window, with a dot where it stands now; r is Pearson's correlation over the single \
-             updates of all cells.",
+            "{} against {}: a curve for each cell, of means over a sliding window, with a dot where \
+             it stands now; r is Pearson's correlation over the single updates of all cells.",
+            capitalised(&name),
             measure.name()
         )
     },
     draw,
-    tables: |run| vec![tables::correlation(run)],
+    tables: |run| tables::correlation(run).into_iter().collect(),
 };
 
 /// The window is this part of the longest cell.
@@ -45,6 +49,10 @@ const MARGIN: f64 = 44.0;
 const GAP: f64 = 12.0;
 
 fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
+    let Some(information) = &run.measure.information else {
+        let why = "the reward has no information in it (reward.intrinsic.kind is 'none')".into();
+        return Err(Error::Nothing { figure: FIGURE.name, why });
+    };
     let w = (run.longest_rows() / WINDOWS).max(1);
     let step = run.longest_rows().div_ceil(POINTS.min(ALL_POINTS / run.cells().count()).max(10));
     let curve = |cell: &CellResults| -> Vec<(f64, f64)> {
@@ -67,7 +75,7 @@ fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
     let title = run.settings.iter().map(lines).max().unwrap_or(1) as f64 * TITLE_LINE + 28.0;
     let band = title + height + BELOW + 30.0;
     let n_bands = n.div_ceil(n_columns) as f64;
-    let notes = run.with_caveat(vec![note(run, w * run.every)]);
+    let notes = run.with_caveats(vec![note(run, w * run.every)]);
     let caption = FIGURE.caption_with(run, &notes);
     paint(&FIGURE, n_bands * band + notes_height(&notes) + 12.0, caption, |area| {
         for (i, (setting, curves)) in run.settings.iter().zip(&curves).enumerate() {
@@ -80,7 +88,7 @@ fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
             };
             let y_numbers = column == 0;
             let panel = Panel { frame, x: &x, y: &y, x_numbers: true, y_numbers };
-            draw_panel(area, &panel, (&run.measure, setting), curves)?;
+            draw_panel(area, &panel, (&run.measure, information, setting), curves)?;
         }
         write_notes(area, n_bands * band + 6.0, &notes)
     })
@@ -108,7 +116,7 @@ fn note(run: &Results, w: usize) -> String {
 fn draw_panel(
     area: &Area<'_>,
     panel: &Panel<'_>,
-    (measure, setting): (&Measure, &Setting),
+    (measure, information, setting): (&Measure, &Information, &Setting),
     curves: &[Vec<(f64, f64)>],
 ) -> Result<(), Error> {
     // From early to late cells of the setting.
@@ -140,7 +148,7 @@ fn draw_panel(
     let below = (middle, frame.bottom() + BELOW + 10.0);
     write(area, &label, below, &font(SMALL, INK, HPos::Center))?;
     if panel.y_numbers {
-        write_y_label(area, frame, "R_MI", "nats per variable")?;
+        write_y_label(area, frame, &information.symbol, &information.axis_unit())?;
     }
     Ok(())
 }

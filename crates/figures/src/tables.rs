@@ -5,12 +5,12 @@
 //! | `instances` | a cell: windows, progress, collapse |
 //! | `settings` | a setting: the paper's findings as numbers, IQM with its interval |
 //! | `improvement` | two settings: how probably the first is better |
-//! | `correlation` | a setting, and all: Pearson's r of what the run is judged by and R_MI |
+//! | `correlation` | a setting, and all: Pearson's r of what the run is judged by and the information |
 
 use runs::Moments;
 
 use super::{
-    CellResults, Results, Setting,
+    CellResults, Measure, Results, Setting,
     numbers::three_digits,
     statistics::{
         FEWEST_FOR_INTERVAL, Interval, bootstrap, interquartile_mean, mean, pearson,
@@ -123,7 +123,7 @@ pub fn caveats(run: &Results) -> Vec<String> {
     );
     let one = any(|n| n == 1).then(|| one.to_owned());
     let few = any(|n| (2..FEWEST_FOR_INTERVAL).contains(&n)).then_some(few);
-    run.with_caveat(one.into_iter().chain(few).collect())
+    run.with_caveats(one.into_iter().chain(few).collect())
 }
 
 fn told(value: Option<bool>) -> String {
@@ -238,7 +238,7 @@ pub(super) fn improvement(run: &Results) -> Table {
     Table { name: "improvement", header, rows: pairs.map(row).collect() }
 }
 
-/// Pearson's r of what the run is judged by and R_MI, over all updates of some settings' cells.
+/// Pearson's r of what the run is judged by and the information, over all updates of some settings' cells.
 pub(super) fn correlation_of(settings: &[Setting]) -> Option<f64> {
     pearson(moments_of(settings))
 }
@@ -249,8 +249,10 @@ fn moments_of(settings: &[Setting]) -> Moments {
     cells.map(|cell| cell.moments).fold(Moments::default(), together)
 }
 
-pub(super) fn correlation(run: &Results) -> Table {
-    let r = format!("pearson_{}_R_MI", run.measure.symbol);
+/// None of a run that measures no information.
+pub(super) fn correlation(run: &Results) -> Option<Table> {
+    let Measure { symbol, information, .. } = &run.measure;
+    let r = format!("pearson_{symbol}_{}", information.as_ref()?.symbol);
     let header = vec!["setting".into(), "updates".into(), r];
     let row = |name: &str, settings: &[Setting]| {
         let moments = moments_of(settings);
@@ -259,7 +261,7 @@ pub(super) fn correlation(run: &Results) -> Table {
     };
     let each = run.settings.iter().map(|it| row(&it.name, std::slice::from_ref(it)));
     let rows = each.chain([row("all", &run.settings)]).collect();
-    Table { name: "correlation", header, rows }
+    Some(Table { name: "correlation", header, rows })
 }
 
 #[cfg(test)]
@@ -343,13 +345,13 @@ mod tests {
     /// R_MI is half of R_Loc in these runs.
     #[test]
     fn correlation_is_over_all_updates() {
-        let table = correlation(&run());
+        let table = correlation(&run()).unwrap();
         assert_eq!(column(&table, "setting"), ["a", "b,c=\"d\"", "all"]);
         assert_eq!(column(&table, "updates"), ["80", "20", "100"]);
         let r: Vec<f64> =
             column(&table, "pearson_R_Loc_R_MI").iter().map(|it| it.parse().unwrap()).collect();
         assert!(r.iter().all(|r| (r - 1.0).abs() < 1e-12), "{r:?}");
-        let constant = correlation(&run_of(&[("a", vec![vec![1.0; 5]])]));
+        let constant = correlation(&run_of(&[("a", vec![vec![1.0; 5]])])).unwrap();
         assert_eq!(column(&constant, "pearson_R_Loc_R_MI"), ["", ""]);
     }
 

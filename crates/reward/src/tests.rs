@@ -7,7 +7,9 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::{
     BodyState, Error, Group, Reward, RewardSettings, RobotLayout, RobotState, Terms, Transition,
-    extrinsic::ExtrinsicSettings, intrinsic::IntrinsicSettings, mix::MixSettings,
+    extrinsic::ExtrinsicSettings,
+    intrinsic::{self, IntrinsicSettings},
+    mix::MixSettings,
 };
 
 fn layout() -> RobotLayout {
@@ -119,6 +121,20 @@ fn a_task_without_a_memory_adds_nothing_to_the_state() {
     }
 }
 
+/// What is told of nowhere must be nothing.
+#[test]
+fn information_that_is_not_measured_is_always_zero() {
+    for settings in IntrinsicSettings::all() {
+        let mut intrinsic = settings.get().build(&layout()).unwrap();
+        let mut is_zero = true;
+        for i in 0..200 {
+            intrinsic.push(&bins(i)).unwrap();
+            is_zero &= intrinsic.value() == intrinsic::Value::default();
+        }
+        assert_eq!(!is_zero, settings.get().is_measured(), "{settings:?}");
+    }
+}
+
 #[test]
 fn every_kind_says_what_it_measures() {
     let mut symbols = BTreeSet::new();
@@ -130,6 +146,7 @@ fn every_kind_says_what_it_measures() {
     for intrinsic in IntrinsicSettings::all() {
         let intrinsic = intrinsic.get();
         assert_eq!(intrinsic.unit(), "nats");
+        assert!(["variable", "link"].contains(&intrinsic.per()));
         assert!(symbols.insert(intrinsic.symbol()), "{} twice", intrinsic.symbol());
     }
 }

@@ -26,7 +26,9 @@ use runner::{
     catalogue::{Catalogue, RunCell},
     report::Report,
 };
-use runs::{Bullet, Cell, Checkpoint, Extent, Header, Layout, NewRun, Precision, Recording};
+use runs::{
+    Bullet, Cell, Checkpoint, Extent, Header, NewRun, Precision, Recording, RecordingLayout,
+};
 use svenja::Morphology;
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -219,7 +221,7 @@ fn recording(xi: f64, morphology: &Morphology, random: &mut ChaCha8Rng) -> Recor
         }
     }
     Recording {
-        layout: Layout {
+        layout: RecordingLayout {
             actuators: Vec::new(),
             bodies,
             frames_per_step: N_FRAMES,

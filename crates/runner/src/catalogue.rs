@@ -9,7 +9,7 @@ use std::{
 };
 
 use anyhow::Context;
-use figures::{Measure, Omitted, Results};
+use figures::{Information, Measure, Omitted, Results};
 use policy::Start;
 use runs::{
     CELLS, CellFolder, CellStatus, Expected, FileCopy, Inspection, MODELS, Manifest, POLICIES,
@@ -50,6 +50,14 @@ pub struct RunCell {
     pub(crate) initial: Option<usize>,
 }
 
+/// The information in an experiment's reward; none if it measures none.
+pub(crate) fn information(experiment: &Experiment) -> Option<Information> {
+    let settings = &experiment.reward.intrinsic;
+    let kind = settings.get();
+    kind.is_measured()
+        .then(|| Information::of_kind(settings.kind(), kind.symbol(), [kind.unit(), kind.per()]))
+}
+
 impl RunCell {
     /// What its checkpoints must say.
     #[must_use]
@@ -59,12 +67,13 @@ impl RunCell {
         Expected { identity: self.identity, updates, steps_per_update }
     }
 
-    /// The task's own value, by which the cell alone is judged.
+    /// The task's own value, by which the cell alone is judged, and its information.
     #[must_use]
     pub fn task(&self) -> Measure {
         let settings = &self.cell.experiment.reward.extrinsic;
         let task = settings.get();
-        Measure::of_task(settings.kind(), task.symbol(), task.unit())
+        let information = information(&self.cell.experiment);
+        Measure::of_task(settings.kind(), task.symbol(), task.unit()).with(information, None)
     }
 
     /// A row as if its file had all columns: one from before there was `task` has the numbers that
@@ -214,9 +223,41 @@ impl Catalogue {
                 tasks.push(kind);
             }
         }
-        match &self.cells[..] {
+        let measure = match &self.cells[..] {
             [first, ..] if tasks.len() == 1 => first.task(),
             _ => Measure::common(&tasks),
+        };
+        let (information, caveat) = self.information();
+        measure.with(information, caveat)
+    }
+
+    /// What the information of all cells is called, and what to keep in mind where they have several
+    /// kinds; none if no cell measures any.
+    fn information(&self) -> (Option<Information>, Option<String>) {
+        let mut kinds: Vec<Option<Information>> = Vec::new();
+        for cell in &self.cells {
+            let kind = information(&cell.cell.experiment);
+            if !kinds.contains(&kind) {
+                kinds.push(kind);
+            }
+        }
+        let has_none = kinds.contains(&None);
+        let kinds: Vec<_> = kinds.into_iter().flatten().collect();
+        match &kinds[..] {
+            [] => (None, None),
+            [one] => {
+                let caveat = "Where a setting's reward has no information in it, it's told as 0.";
+                (Some(one.clone()), has_none.then(|| caveat.into()))
+            }
+            [first, ..] => {
+                let names: Vec<_> = kinds.iter().map(|it| it.what.as_str()).collect();
+                let caveat = format!(
+                    "The settings have different kinds of information ({}), whose values can't be \
+                     compared.",
+                    names.join(", ")
+                );
+                (Some(Information::common(&first.unit)), Some(caveat))
+            }
         }
     }
 

@@ -1,16 +1,23 @@
 //! The command line: what can be typed, with an example for each command.
 
-use std::{path::PathBuf, time::Duration};
+use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint, builder::PossibleValuesParser};
 use clap_complete::Shell;
 use figures::FIGURES;
 use serde::Serialize;
 
-pub use values::{Cells, Size, Task};
+pub use self::{
+    import::{Base, Import},
+    landscape::Landscape,
+    training::{Cell, Resume, Slurm, Train, Until, Which, Work},
+    values::{Cells, Size, Task},
+};
+use crate::experiment::known;
 
-use crate::{experiment::known, landscape::Landscape, training::SolverKind};
-
+mod import;
+mod landscape;
+mod training;
 mod values;
 
 /// Trains simulated robots whose reward mixes a task with the information in their own sensors.
@@ -198,101 +205,6 @@ pub struct Config {
     pub help: Option<Option<String>>,
 }
 
-/// The arguments of `itarl train`.
-#[derive(Debug, Args)]
-pub struct Train {
-    /// What to train.
-    #[command(flatten)]
-    pub experiment: ExperimentFile,
-    /// The run's folder [default: runs/NAME for NAME.toml]
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
-    pub out: Option<PathBuf>,
-    /// How far it goes, and on how many threads.
-    #[command(flatten)]
-    pub work: Work,
-    /// Print the cells with their indices, and train nothing
-    #[arg(long)]
-    pub list: bool,
-}
-
-/// The arguments of `itarl resume`.
-#[derive(Debug, Args)]
-pub struct Resume {
-    /// The run's folder
-    #[arg(value_hint = ValueHint::DirPath)]
-    pub run: PathBuf,
-    /// Extend it to so many updates a cell
-    #[arg(long, value_name = "N")]
-    pub updates: Option<u64>,
-    /// How far it goes, and on how many threads.
-    #[command(flatten)]
-    pub work: Work,
-}
-
-/// The arguments of `itarl cell`.
-#[derive(Debug, Args)]
-pub struct Cell {
-    /// What to train.
-    #[command(flatten)]
-    pub experiment: ExperimentFile,
-    /// Which cells.
-    #[command(flatten)]
-    pub which: Which,
-    /// The run's folder
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
-    pub out: PathBuf,
-    /// How far it goes.
-    #[command(flatten)]
-    pub until: Until,
-    /// Who steps the worlds
-    #[arg(long, value_enum, default_value_t)]
-    pub solver: SolverKind,
-}
-
-/// Some cells of an experiment, as `itarl train FILE --list` counts them.
-#[derive(Debug, Args)]
-#[group(required = true, multiple = false)]
-pub struct Which {
-    /// A cell
-    #[arg(long, value_name = "N")]
-    pub index: Option<usize>,
-    /// Cells, as in 0-15 or 3,7,20-23
-    #[arg(long, value_name = "FIRST-LAST,...", value_delimiter = ',')]
-    pub cells: Vec<Cells>,
-    /// The K-th of N parts of all cells, K from 1, as array jobs count
-    #[arg(long, value_name = "K/N")]
-    pub task: Option<Task>,
-}
-
-/// The arguments of `itarl slurm`.
-#[derive(Debug, Args)]
-pub struct Slurm {
-    /// What to train.
-    #[command(flatten)]
-    pub experiment: ExperimentFile,
-    /// The run's folder, which all nodes see [default: runs/NAME for NAME.toml]
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
-    pub out: Option<PathBuf>,
-    /// Workers, each on a node of its own or beside others
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
-    pub nodes: u16,
-    /// Cores of a worker [default: as many as all cells fill with their lanes, up to 16]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    pub cpus: Option<u16>,
-    /// Time of a job, as in 1h30m; what isn't done then is gone on with by the next one
-    #[arg(long, value_name = "TIME", default_value = "1h", value_parser = humantime::parse_duration)]
-    pub time: Duration,
-    /// Whose account pays
-    #[arg(long, value_name = "NAME")]
-    pub account: Option<String>,
-    /// Which nodes
-    #[arg(long, value_name = "NAME")]
-    pub partition: Option<String>,
-    /// One more option of sbatch, as in --sbatch=--qos=long
-    #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
-    pub sbatch: Vec<String>,
-}
-
 /// The arguments of `itarl status`.
 #[derive(Debug, Args)]
 pub struct Status {
@@ -396,35 +308,6 @@ pub struct Updates {
     pub last: u64,
 }
 
-/// How training is done. Nothing of it changes a result.
-#[derive(Debug, Args)]
-pub struct Work {
-    /// Threads [default: one a core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    pub threads: Option<u16>,
-    /// Worlds that a thread steps at a time [default: as many as the solver has lanes]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    pub lanes: Option<u16>,
-    /// Who steps the worlds
-    #[arg(long, value_enum, default_value_t)]
-    pub solver: SolverKind,
-    /// How far it goes.
-    #[command(flatten)]
-    pub until: Until,
-}
-
-/// How far a call goes. What it leaves is gone on with by the next one.
-#[derive(Debug, Args)]
-pub struct Until {
-    /// Stop each cell after so many updates in this call
-    #[arg(long, value_name = "UPDATES")]
-    pub stop_after: Option<u64>,
-    /// Stop after so much time, as in 55m or 1h30m, with all saved [default: within a Slurm job,
-    /// shortly before it ends]
-    #[arg(long = "for", value_name = "TIME", value_parser = humantime::parse_duration)]
-    pub time: Option<Duration>,
-}
-
 /// A run without learning.
 #[derive(Debug, Args)]
 pub struct Rollout {
@@ -521,56 +404,19 @@ model = \"go2.urdf\" is imported when the run begins.")]
     },
 }
 
-/// The arguments of `itarl model import`.
-#[derive(Debug, Args)]
-pub struct Import {
-    /// The robot's file; its root element tells the format
-    #[arg(value_hint = ValueHint::FilePath)]
-    pub file: PathBuf,
-    /// The model file to write [default: NAME.toml for NAME.urdf, here]
-    #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
-    pub out: Option<PathBuf>,
-    /// Where a ROS package is, for package://NAME/...; files in DIR may then be opened
-    #[arg(long = "package", value_name = "NAME=DIR", value_parser = package)]
-    pub packages: Vec<(String, PathBuf)>,
-    /// Whether the base is free or fixed to the world [default: as in the file]
-    #[arg(long, value_enum)]
-    pub base: Option<Base>,
-    /// The bodies that are feet [default: by their names, or the lowest bodies of limbs]
-    #[arg(long, value_name = "BODY,...", value_delimiter = ',')]
-    pub feet: Option<Vec<String>>,
-    /// Fail if anything of the robot is left out
-    #[arg(long)]
-    pub strict: bool,
-}
-
-/// How a robot is held.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Base {
-    /// It can fall
-    Free,
-    /// Its root is fixed to the world
-    Fixed,
-}
-
-fn package(text: &str) -> Result<(String, PathBuf), String> {
-    match text.split_once('=') {
-        Some((name, folder)) if !name.is_empty() && !folder.is_empty() => {
-            Ok((name.into(), folder.into()))
-        }
-        _ => Err(format!("NAME=DIR expected, got {text}")),
-    }
-}
-
 /// The arguments of `itarl bench`.
 #[derive(Debug, Args)]
 pub struct Bench {
-    /// What to measure [default: the paper's settings with Svenja]
-    #[arg(value_hint = ValueHint::FilePath)]
-    pub file: Option<PathBuf>,
-    /// For how long, about
-    #[arg(long, default_value_t = 10.0)]
-    pub seconds: f64,
+    /// What to measure: an experiment; with --table several, and models [default: the paper's settings
+    /// with Svenja]
+    #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub files: Vec<PathBuf>,
+    /// How cost grows: over cells that are stepped together, hidden units, and cores
+    #[arg(long, conflicts_with = "lanes")]
+    pub table: bool,
+    /// For how long, about [default: 10, with --table 2 for each row]
+    #[arg(long)]
+    pub seconds: Option<f64>,
     /// Worlds stepped at a time [default: as many as there are lanes]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub lanes: Option<u16>,

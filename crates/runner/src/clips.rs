@@ -2,7 +2,7 @@
 
 use anyhow::Context;
 use runs::Recording;
-use scenes::{Clip, Task};
+use scenes::{Clip, Quantity, RewardParts};
 use svenja::Morphology;
 
 use crate::{
@@ -20,9 +20,16 @@ pub fn of_recording(
     morphology: Morphology,
     recording: Recording,
 ) -> Result<Clip, scenes::Error> {
-    let extrinsic = experiment.reward.extrinsic.get();
-    let task = Task { symbol: extrinsic.symbol(), unit: extrinsic.unit() };
-    Clip::new(title, task, morphology, recording)
+    let (task, information) =
+        (experiment.reward.extrinsic.get(), experiment.reward.intrinsic.get());
+    let quantity = |symbol, unit| Quantity { symbol, unit };
+    let parts = RewardParts {
+        task: quantity(task.symbol(), task.unit()),
+        information: information
+            .is_measured()
+            .then(|| quantity(information.symbol(), information.unit())),
+    };
+    Clip::new(title, parts, morphology, recording)
 }
 
 /// The last control steps of a cell, with the run's copy of its model.

@@ -7,7 +7,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use figures::plain;
+use figures::{Information, Measure, plain};
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use runs::{Header, Row};
 
@@ -115,15 +115,19 @@ fn all_steps(cell: &RunCell) -> u64 {
     learning.updates.saturating_mul(learning.control_steps_per_update())
 }
 
+fn values_of(cell: &RunCell, row: &Row) -> String {
+    values(&cell.task(), cell.cell.experiment.learning.updates, row)
+}
+
 /// `update 120/300  R 1.2e-5  R_MI 0.031 nats  R_Loc 0.0042 m`
-fn values(cell: &RunCell, row: &Row) -> String {
-    let task = cell.task();
+fn values(task: &Measure, updates: u64, row: &Row) -> String {
+    let nats = |it: &Information| format!("  {} {:.3} {}", it.symbol, row.intrinsic_nats, it.unit);
     format!(
-        "update {}/{}  R {:+.1e}  R_MI {:.3} nats  {} {:+.4} {}",
+        "update {}/{}  R {:+.1e}{}  {} {:+.4} {}",
         row.update,
-        cell.cell.experiment.learning.updates,
+        updates,
         row.reward,
-        row.intrinsic_nats,
+        task.information.as_ref().map(nats).unwrap_or_default(),
         task.symbol,
         task.of(row),
         task.unit
@@ -227,7 +231,7 @@ impl Observer for Bars {
         lock(&self.work).makes(cell.cell.index, row.control_steps);
         self.show();
         if let Some(line) = self.cell(cell) {
-            line.set_message(values(cell, row));
+            line.set_message(values_of(cell, row));
         }
     }
 
@@ -301,7 +305,7 @@ impl Observer for Lines {
             work.cells.len(),
             work.pace(now),
             name(cell),
-            values(cell, row)
+            values_of(cell, row)
         ));
     }
 
@@ -344,6 +348,17 @@ mod tests {
     use indicatif::TermLike;
 
     use super::*;
+
+    #[test]
+    fn an_update_is_told_by_what_its_cell_measures() {
+        let row = Row { update: 3, intrinsic_nats: 0.25, task: 0.5, ..Row::default() };
+        let turning = Measure::of_task("turning", "turning", "rad");
+        let told = values(&turning, 9, &row);
+        assert_eq!(told, "update 3/9  R +0.0e0  turning +0.5000 rad");
+        let flow = Information::of_kind("transfer_entropy", "R_TE", ["nats", "link"]);
+        let told = values(&turning.with(Some(flow), None), 9, &row);
+        assert_eq!(told, "update 3/9  R +0.0e0  R_TE 0.250 nats  turning +0.5000 rad");
+    }
 
     #[test]
     fn the_templates_are_right() {

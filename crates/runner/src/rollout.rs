@@ -94,7 +94,7 @@ pub struct Summary {
     pub net_displacement_m: f64,
     /// To the left, in rad.
     pub heading_change_rad: f64,
-    /// Mean information, in nats per sensor or group.
+    /// Mean information, in nats: of the intrinsic kind; 0 where none is measured.
     pub intrinsic_nats: f64,
     /// Share of control steps in which each contact sensor was on.
     pub contacts: Vec<f64>,

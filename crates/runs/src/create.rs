@@ -15,10 +15,10 @@ use xxhash_rust::xxh3::xxh3_64;
 use super::{
     Bullet, Cell, Error, FileCopy, Hash, Manifest, Run, atomic,
     atomic::{folder_of, sync_folder},
+    differences::Settings,
     error::At,
     manifest::{FORMAT, MODELS, POLICIES},
     run::{CELLS, EXPERIMENT, MANIFEST},
-    settings::Settings,
 };
 
 /// Characters that tell the temporary folders of one run apart.

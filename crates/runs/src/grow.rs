@@ -8,9 +8,9 @@ use std::collections::BTreeSet;
 
 use super::{
     Cell, Error, FileCopy, Manifest, NewRun, Run, atomic,
+    differences::Settings,
     manifest::{MODELS, POLICIES},
     run::{EXPERIMENT, NEXT_EXPERIMENT},
-    settings::Settings,
 };
 
 impl Run {

@@ -6,7 +6,7 @@
 //! | file | what |
 //! |---|---|
 //! | `run.rs`, `create.rs`, `grow.rs` | [`Run`]: the folder as a whole; [`NewRun`]: made by one rename; with more cells |
-//! | `manifest.rs`, `settings.rs` | [`Manifest`]: what it's made of; what may differ from it |
+//! | `manifest.rs`, `differences.rs` | [`Manifest`]: what it's made of; what may differ from it |
 //! | `cell.rs` | [`CellFolder`]: a cell's files; [`OpenCell`]: writing them, and in which order |
 //! | `checkpoint.rs` | [`Checkpoint`]: the whole state, in an envelope that says whose it is |
 //! | `row.rs`, `metrics.rs` | [`Row`]: one update; [`COLUMNS`]: what is known of it; reading `metrics.csv` |
@@ -44,6 +44,7 @@ pub mod atomic;
 mod cell;
 mod checkpoint;
 mod create;
+mod differences;
 mod error;
 mod grow;
 mod lock;
@@ -55,7 +56,6 @@ mod record;
 mod replay;
 mod row;
 mod run;
-mod settings;
 mod status;
 mod writer;
 
@@ -69,7 +69,7 @@ pub use lock::{Lock, is_locked, require_locks};
 pub use manifest::{Bullet, Cell, FileCopy, Hash, MODELS, Manifest, POLICIES, Precision};
 pub use metrics::{read_all, read_last};
 pub use publish::{Moments, Publication, Published, PublishedCell};
-pub use replay::{Layout, Packing, Recording, Ring, Step, TENSORS};
+pub use replay::{Packing, Recording, RecordingLayout, Ring, Step, TENSORS};
 pub use row::{COLUMNS, Column, Row, header_line};
 pub use run::{CELLS, MANIFEST, Run};
 pub use status::{CellStatus, Inspection, State};

@@ -43,7 +43,7 @@ pub struct PublishedCell {
     /// Hash of the bytes of `metrics.csv`; none without a row.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub metrics_xxh3: Option<Hash>,
-    /// The moments of what the cell is judged by, and of R_MI, over its single updates.
+    /// The moments of what the cell is judged by, and of the information in nats, over its single updates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub moments: Option<Moments>,
 }

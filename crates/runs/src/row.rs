@@ -21,13 +21,13 @@ pub struct Row {
     /// R: the reward that is optimised, with everything in it.
     #[serde(rename = "R")]
     pub reward: f64,
-    /// R_MI as it is, nats for each variable.
+    /// The information as it is, in nats: R_MI by mutual information, or what the intrinsic kind measures.
     #[serde(rename = "R_MI_nats")]
     pub intrinsic_nats: f64,
-    /// R_MI with the Miller-Madow correction of its bias, nats for each variable.
+    /// The information with the Miller-Madow correction of its bias, in nats.
     #[serde(rename = "R_MI_miller_madow_nats")]
     pub intrinsic_nats_corrected: f64,
-    /// R_MI as scaled for the mix.
+    /// The information as scaled for the mix.
     #[serde(rename = "R_MI")]
     pub intrinsic: f64,
     /// R_Loc, metres along the heading for each control step, whatever the task.
@@ -138,8 +138,8 @@ pub const COLUMNS: [Column; 17] = [
     column("update", "update", "", |row| row.update as f64),
     column("control_steps", "control steps", "", |row| row.control_steps as f64),
     column("R", "reward", "reward", |row| row.reward),
-    column("R_MI_nats", "information", "nats per variable", |row| row.intrinsic_nats),
-    column("R_MI_miller_madow_nats", "information, corrected", "nats per variable", |row| row.intrinsic_nats_corrected),
+    column("R_MI_nats", "information", "nats", |row| row.intrinsic_nats),
+    column("R_MI_miller_madow_nats", "information, corrected", "nats", |row| row.intrinsic_nats_corrected),
     column("R_MI", "information in the mix", "reward", |row| row.intrinsic),
     column("R_Loc", "way along the heading", "m per control step", |row| row.advance_m),
     column("extrinsic", "task in the mix", "reward", |row| row.extrinsic),

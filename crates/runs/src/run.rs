@@ -11,8 +11,8 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use super::{
     Bullet, Cell, CellFolder, Difference, Error, FileCopy, Hash, Lock, Manifest, Published, atomic,
+    differences::Settings,
     manifest::{MODELS, POLICIES},
-    settings::Settings,
 };
 
 pub(super) const EXPERIMENT: &str = "experiment.toml";

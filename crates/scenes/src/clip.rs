@@ -16,12 +16,21 @@ pub struct Clip {
     title: String,
     morphology: Morphology,
     recording: Recording,
-    task: Task,
+    parts: RewardParts,
 }
 
-/// What the extrinsic reward measures, for whoever reads its values.
+/// What both parts of a reward measure, for whoever reads their values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Task {
+pub struct RewardParts {
+    /// What the task measures.
+    pub task: Quantity,
+    /// The information in the readings; none if none is measured.
+    pub information: Option<Quantity>,
+}
+
+/// A symbol and its unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Quantity {
     /// As the paper or the experiment file calls it.
     pub symbol: &'static str,
     /// The unit of a control step's raw value.
@@ -35,7 +44,7 @@ impl Clip {
     /// [`Error::Recording`]: bodies that aren't the model's, no frames, poses that aren't numbers.
     pub fn new(
         title: String,
-        task: Task,
+        parts: RewardParts,
         morphology: Morphology,
         recording: Recording,
     ) -> Result<Self, Error> {
@@ -59,7 +68,7 @@ impl Clip {
             let (frame, body) = (i / names.len(), names[i % names.len()]);
             return refused(format!("frame {frame}: the pose of '{body}' isn't one"));
         }
-        Ok(Self { title, morphology, recording, task })
+        Ok(Self { title, morphology, recording, parts })
     }
 
     /// A title for what the clip shows.
@@ -80,10 +89,10 @@ impl Clip {
         &self.recording
     }
 
-    /// What the extrinsic reward measures.
+    /// What both parts of its reward measure.
     #[must_use]
-    pub fn task(&self) -> Task {
-        self.task
+    pub fn reward_parts(&self) -> RewardParts {
+        self.parts
     }
 
     /// The number of frames of poses.
@@ -173,7 +182,7 @@ mod tests {
         let refused = |change: fn(&mut Recording), message: &str| {
             let mut recording = recording(2);
             change(&mut recording);
-            let error = Clip::new(String::new(), TASK, morphology(), recording).unwrap_err();
+            let error = Clip::new(String::new(), PARTS, morphology(), recording).unwrap_err();
             assert!(error.to_string().contains(message), "{error}");
         };
         refused(|it| it.layout.bodies.swap(0, 1), "the model has [\"block\", \"ball\", \"rod\"]");

@@ -2,10 +2,10 @@
 //! it and a rod behind.
 
 use nalgebra::Point3;
-use runs::{Layout, Recording};
+use runs::{Recording, RecordingLayout};
 use svenja::{Hull, Morphology};
 
-use super::{Clip, Task};
+use super::{Clip, Quantity, RewardParts};
 
 pub(super) const MODEL: &str = r##"
 name = "Slider"
@@ -47,8 +47,11 @@ child = "rod"
 anchor_m = [0.0, -0.4, 0.0]
 "##;
 
-/// Whatever it is, it's in m.
-pub(super) const TASK: Task = Task { symbol: "R_Loc", unit: "m" };
+/// Those of the paper.
+pub(super) const PARTS: RewardParts = RewardParts {
+    task: Quantity { symbol: "R_Loc", unit: "m" },
+    information: Some(Quantity { symbol: "R_MI", unit: "nats" }),
+};
 
 /// As training records them; the viewer shows some.
 const TERMS: [&str; 8] =
@@ -74,7 +77,7 @@ pub(super) fn recording(n_steps: usize) -> Recording {
         })
     };
     Recording {
-        layout: Layout {
+        layout: RecordingLayout {
             actuators: Vec::new(),
             bodies: names(&["block", "ball", "rod"]),
             frames_per_step: 2,
@@ -93,7 +96,7 @@ pub(super) fn recording(n_steps: usize) -> Recording {
 }
 
 pub(super) fn clip(n_steps: usize) -> Clip {
-    Clip::new("a title".into(), TASK, morphology(), recording(n_steps)).unwrap()
+    Clip::new("a title".into(), PARTS, morphology(), recording(n_steps)).unwrap()
 }
 
 /// On a square of 0.2 m, 0.6 m high; its volume is 0.008 m³.

@@ -291,7 +291,7 @@ mod tests {
         let ball = r#"shape = { kind = "sphere", radius_m = 0.1 }"#;
         let model = example::MODEL.replace(ball, "inertia_kg_m2 = [1, 1, 1]").replace(rod, several);
         let model = svenja::Morphology::parse("m.toml", &model).unwrap();
-        let clip = Clip::new(String::new(), example::TASK, model, example::recording(2)).unwrap();
+        let clip = Clip::new(String::new(), example::PARTS, model, example::recording(2)).unwrap();
         let (document, _) = read(&clip);
         let root = document.scenes().next().unwrap().nodes().next().unwrap();
         let parts: Vec<_> =

@@ -4,7 +4,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `clip.rs` | [`Clip`]: a model and a recording of it; [`Task`]: how its reward is called |
+//! | `clip.rs` | [`Clip`]: a model and a recording of it; [`RewardParts`]: how its reward is called |
 //! | [`viewer`], [`page`] | packed for the JavaScript in `assets/viewer/`; one HTML file with all in it |
 //! | [`render`] | a ray caster: pictures without a GPU |
 //! | [`film`] | frames in a row, as GIF or by ffmpeg |
@@ -48,7 +48,7 @@ pub mod render;
 mod three_sides;
 pub mod viewer;
 
-pub use clip::{Clip, Task};
+pub use clip::{Clip, Quantity, RewardParts};
 pub use error::Error;
 pub use three_sides::three_sides;
 

@@ -10,7 +10,7 @@ use runs::Packing;
 use serde::Serialize;
 use svenja::{Body, Collider, Morphology, Shape};
 
-use super::{Clip, Error};
+use super::{Clip, Error, Quantity, RewardParts};
 
 /// Numbers of a pose.
 const POSE: usize = 7;
@@ -347,14 +347,17 @@ fn pack(group: &str, label: &str, model: usize, clip: &Clip, most_bytes: usize) 
     }
 }
 
-/// What the strip shows of the reward: all of it, then task and information by themselves, and the
-/// penalty if there was any.
+/// What the strip shows of the reward: all of it, then task and information by themselves, the latter
+/// if any is measured, and the penalty if there was any.
 fn terms(clip: &Clip, first_step: usize) -> Vec<PackedTerm> {
     let recording = clip.recording();
     let names = &recording.layout.terms;
-    let task = clip.task();
-    let labels = [("r", ""), (task.symbol, task.unit), ("R_MI", "nats"), ("penalty", "")];
-    let column = |(term, (name, unit)): (&str, (&str, &str))| {
+    let RewardParts { task, information } = clip.reward_parts();
+    let label = |it: Quantity| (it.symbol, it.unit);
+    let labels =
+        [Some(("r", "")), Some(label(task)), information.map(label), Some(("penalty", ""))];
+    let column = |(term, label): (&str, Option<(&str, &str)>)| {
+        let (name, unit) = label?;
         let place = names.iter().position(|name| name == term)?;
         let values = recording.terms.iter().skip(place).step_by(names.len()).skip(first_step);
         let values: Vec<f32> = values.map(|&value| value as f32).collect();

@@ -130,30 +130,33 @@ fn joints(model: &Morphology) -> Table {
             table.add_row(&lead);
         }
         for (a, axis) in joint.axes.iter().enumerate() {
-            let id = AxisId { joint: j, axis: a };
-            let place = |of: &[AxisId]| {
-                of.iter()
-                    .position(|&other| other == id)
-                    .map_or(String::new(), |i| (i + 1).to_string())
-            };
-            let actuator = match axis.servo {
-                Some(servo) if servo.kind != ServoKind::Position => {
-                    format!("{} ({})", place(model.actuators()), servo.kind.name())
-                }
-                _ => place(model.actuators()),
-            };
+            let ports = ports(model, AxisId { joint: j, axis: a });
             let resistance = [axis.resistance.friction, axis.resistance.damping].map(significant);
             let row = lead
                 .iter()
                 .cloned()
                 .chain(axis_cells(axis))
-                .chain([place(model.sensors()), actuator])
+                .chain(ports)
                 .chain(resistance.into_iter().filter(|_| is_resisted));
             table.add_row(row);
         }
     }
     right_align(&mut table, 5..header.len());
     table
+}
+
+/// An axis's numbers among the sensors and among the actuators, from 1.
+fn ports(model: &Morphology, id: AxisId) -> [String; 2] {
+    let place = |of: &[AxisId]| {
+        of.iter().position(|&other| other == id).map_or(String::new(), |i| (i + 1).to_string())
+    };
+    let actuator = match model.axis(id).servo {
+        Some(servo) if servo.kind != ServoKind::Position => {
+            format!("{} ({})", place(model.actuators()), servo.kind.name())
+        }
+        _ => place(model.actuators()),
+    };
+    [place(model.sensors()), actuator]
 }
 
 /// In the columns' units, or with their own.

@@ -7,6 +7,7 @@
 
 mod contact;
 mod drives;
+mod friction;
 mod lab;
 mod motion;
 mod motors;

@@ -41,7 +41,7 @@ pub struct Group {
     pub mixes: Vec<Mix>,
     /// The probability that a cell with xi = 0.75 ends higher than one with xi = 1, if both are there.
     pub improvement: Option<Estimate>,
-    /// Pearson's r of what the run is judged by and R_MI, over all updates of all its cells; none if
+    /// Pearson's r of what the run is judged by and the information, over all updates of all its cells; none if
     /// one of both is constant.
     pub correlation: Option<Estimate>,
     /// The paper's statements.
@@ -57,7 +57,7 @@ pub struct Mix {
     pub n: usize,
     /// Their mean, median, interquartile mean and maximum, in the unit of the run's measure.
     pub last: [Estimate; 4],
-    /// The mean of R_MI, nats for each variable.
+    /// The mean information, in nats; 0 where none is measured.
     pub intrinsic_nats: Estimate,
     /// Pearson's r over all updates of these cells; none if one of both is constant.
     pub correlation: Option<f64>,
@@ -164,7 +164,7 @@ fn without_xi(name: &str) -> String {
     others.join(",")
 }
 
-/// The mean of R_MI in a cell's last window.
+/// The mean information in a cell's last window.
 fn last_nats(run: &Results, cell: &CellResults) -> f64 {
     let nats = &cell.intrinsic_nats;
     mean(&nats[nats.len() - run.window_rows().min(nats.len())..])

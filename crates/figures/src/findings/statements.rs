@@ -48,7 +48,10 @@ pub(super) fn all(run: &Results, arms: &[Arm<'_>]) -> Vec<Statement> {
             without_progress(arms),
         ),
         statement(
-            format!("{symbol} and R_MI are high together: Pearson's r {PAPERS_R} over all updates"),
+            format!(
+                "{symbol} and {} are high together: Pearson's r {PAPERS_R} over all updates",
+                run.measure.information.as_ref().map_or("information", |it| &it.symbol)
+            ),
             vec![rising_together(arms)],
         ),
     ]

@@ -27,6 +27,16 @@ pub trait Build {
     fn unit(&self) -> &'static str {
         "nats"
     }
+
+    /// What the information is the mean over, as in nats per variable.
+    fn per(&self) -> &'static str {
+        "variable"
+    }
+
+    /// Whether there is any information to tell of.
+    fn is_measured(&self) -> bool {
+        true
+    }
 }
 
 /// Hears of readings and tells what they are worth.

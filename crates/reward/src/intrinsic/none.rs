@@ -27,6 +27,10 @@ impl Build for NoneSettings {
     fn symbol(&self) -> &'static str {
         "none"
     }
+
+    fn is_measured(&self) -> bool {
+        false
+    }
 }
 
 #[derive(Debug)]

@@ -63,6 +63,10 @@ impl Build for TransferEntropySettings {
     fn symbol(&self) -> &'static str {
         "R_TE"
     }
+
+    fn per(&self) -> &'static str {
+        "link"
+    }
 }
 
 #[derive(Debug)]

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use comfy_table::{CellAlignment, Table, presets::ASCII_MARKDOWN};
-use figures::{Findings, Group, Measure, STATISTICS, three_digits};
+use figures::{Findings, Group, Information, Measure, STATISTICS, three_digits};
 
 use super::{Outcome, print_line, published_note};
 use crate::{
@@ -24,7 +24,7 @@ pub(super) fn findings(folder: &Path) -> anyhow::Result<Outcome> {
     }
     findings.notes.iter().try_for_each(print_line)?;
     published_note(&catalogue).iter().try_for_each(print_line)?;
-    results.measure.caveat.iter().try_for_each(print_line)?;
+    results.measure.caveats.iter().try_for_each(print_line)?;
     Ok(if omitted.is_empty() { Outcome::Done } else { Outcome::Failed })
 }
 
@@ -38,9 +38,9 @@ fn print_group(group: &Group, measure: &Measure) -> anyhow::Result<()> {
             "probability that a cell with xi = 0.75 ends higher than one with xi = 1: {probability}"
         ))?;
     }
-    if let Some(r) = group.correlation {
-        let symbol = &measure.symbol;
-        print_line(format_args!("r of {symbol} and R_MI over all updates: {r}"))?;
+    if let Some((r, information)) = group.correlation.zip(measure.information.as_ref()) {
+        let both = [&measure.symbol, &information.symbol].map(String::as_str).join(" and ");
+        print_line(format_args!("r of {both} over all updates: {r}"))?;
     }
     for (i, statement) in group.statements.iter().enumerate() {
         print_line(format_args!("\n{}. {}: {}", i + 1, statement.text, statement.verdict))?;
@@ -52,17 +52,18 @@ fn print_group(group: &Group, measure: &Measure) -> anyhow::Result<()> {
 }
 
 /// A row for each xi: what its cells came to.
-fn table(group: &Group, Measure { symbol, unit, .. }: &Measure) -> Table {
+fn table(group: &Group, Measure { symbol, unit, information, .. }: &Measure) -> Table {
     let mut table = Table::new();
     let statistics = STATISTICS.map(|name| format!("{symbol} {name} {unit}"));
     let header = ["xi", "cells"].map(str::to_owned).into_iter().chain(statistics);
-    let header = header.chain(["R_MI mean nats", "r of both"].map(str::to_owned));
+    let both = |it: &Information| [format!("{} mean {}", it.symbol, it.unit), "r of both".into()];
+    let header = header.chain(information.iter().flat_map(both));
     table.load_preset(ASCII_MARKDOWN).set_header(header);
     for mix in &group.mixes {
         let numbers = [mix.xi.to_string(), mix.n.to_string()];
-        let estimates = mix.last.iter().chain([&mix.intrinsic_nats]).map(ToString::to_string);
         let r = mix.correlation.map_or("-".into(), three_digits);
-        table.add_row(numbers.into_iter().chain(estimates).chain([r]));
+        let both = information.iter().flat_map(|_| [mix.intrinsic_nats.to_string(), r.clone()]);
+        table.add_row(numbers.into_iter().chain(mix.last.map(|it| it.to_string())).chain(both));
     }
     for column in table.column_iter_mut() {
         column.set_cell_alignment(CellAlignment::Right);

@@ -8,8 +8,9 @@ use anyhow::{Context, ensure};
 
 use super::{Outcome, print_line, subject::Subject};
 use crate::{
+    cli::Landscape,
     landscape::{
-        Centre, Functions, How, Kind, Landscape, Slice, Survey,
+        Centre, Functions, How, Kind, Slice, Survey,
         tables::{self, Findings},
     },
     progress::{Counter, notify},

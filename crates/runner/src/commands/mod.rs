@@ -1,6 +1,7 @@
 //! What the commands do, one file each.
 
 mod bench;
+mod config;
 mod findings;
 mod import;
 mod json;
@@ -12,7 +13,6 @@ mod publish;
 mod replay;
 mod report;
 mod rollout;
-mod settings;
 mod slurm;
 mod status;
 mod subject;
@@ -24,9 +24,9 @@ use std::{
     process::ExitCode,
 };
 
+use ::config::{Problem, Problems};
 use anyhow::Context;
 use clap::CommandFactory;
-use config::{Problem, Problems};
 use figures::plain;
 
 use crate::{
@@ -72,7 +72,7 @@ pub fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Slurm(arguments) => slurm::slurm(&arguments),
         Command::Summary(arguments) => summary::summary(&arguments),
         Command::Plot(arguments) => plot::plot(&arguments),
-        Command::Config(arguments) => settings::config(arguments),
+        Command::Config(arguments) => config::config(arguments),
         Command::Findings { run } => findings::findings(&run),
         Command::Publish(arguments) => publish::publish(&arguments),
         Command::Rollout(arguments) => rollout::rollout(&arguments),

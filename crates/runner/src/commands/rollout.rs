@@ -2,6 +2,7 @@
 
 use std::fmt::{self, Write};
 
+use figures::Information;
 use reward::Terms;
 use runs::atomic;
 use serde::Serialize;
@@ -9,6 +10,7 @@ use svenja::Morphology;
 
 use super::{Outcome, json::print_json, print_line, subject::Subject};
 use crate::{
+    catalogue::information,
     cli::Rollout,
     rollout::{RolloutStep, Summary, roll_out},
 };
@@ -51,6 +53,8 @@ struct Report<'a> {
     net_displacement_m: f64,
     heading_change_rad: f64,
     intrinsic_nats: f64,
+    #[serde(skip)]
+    information: Option<Information>,
     penalised_contacts: u64,
     contacts: Vec<Contact<'a>>,
 }
@@ -80,6 +84,7 @@ impl<'a> Report<'a> {
             net_displacement_m: summary.net_displacement_m,
             heading_change_rad: summary.heading_change_rad,
             intrinsic_nats: summary.intrinsic_nats,
+            information: information(&subject.experiment),
             penalised_contacts: summary.penalised_contacts,
             contacts: contacts.map(contact).collect(),
         }
@@ -125,14 +130,17 @@ impl fmt::Display for Report<'_> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let contact = |it: &Contact<'_>| format!("{} {:.0} %", it.body, 100.0 * it.share);
         let contacts: Vec<_> = self.contacts.iter().map(contact).collect();
+        let nats = |it: &Information| {
+            let name = format!("information {}", it.symbol);
+            format!("{name:<20} {:.4} {}\n", self.intrinsic_nats, it.axis_unit())
+        };
         write!(
             formatter,
             "{}, policy {}, {} control steps ({:.1} s)\n\
              speed along heading  {:+.4} m per control step ({:+.3} m/s)\n\
              net displacement     {:.3} m\n\
              heading change       {:+.1} degrees\n\
-             information          {:.4} nats per sensor\n\
-             penalised contacts   {}\n\
+             {}penalised contacts   {}\n\
              contacts             {}",
             self.robot,
             self.policy,
@@ -142,7 +150,7 @@ impl fmt::Display for Report<'_> {
             self.speed_m_s,
             self.net_displacement_m,
             self.heading_change_rad.to_degrees(),
-            self.intrinsic_nats,
+            self.information.as_ref().map(nats).unwrap_or_default(),
             self.penalised_contacts,
             contacts.join(", ")
         )

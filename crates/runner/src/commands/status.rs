@@ -8,7 +8,7 @@ use std::{
 };
 
 use comfy_table::{CellAlignment, Table, presets::ASCII_MARKDOWN};
-use figures::Measure;
+use figures::{Information, Measure};
 use indicatif::HumanDuration;
 use runs::{CellStatus, Row, State, Writer};
 use serde::Serialize;
@@ -60,7 +60,7 @@ fn show(cells: &[CellStatus], measure: &Measure) -> anyhow::Result<()> {
     if let Some(pace) = Pace::of(cells) {
         print_line(pace)?;
     }
-    measure.caveat.iter().try_for_each(print_line)?;
+    measure.caveats.iter().try_for_each(print_line)?;
     for cell in cells {
         if let State::Failed(reason) | State::Unreadable(reason) = &cell.state {
             print_line(format_args!("{}/seed={}: {reason}", cell.setting, cell.seed))?;
@@ -172,34 +172,31 @@ impl<'a> Report<'a> {
 /// One row a cell, with the values of its newest update.
 fn table(cells: &[CellStatus], measure: &Measure) -> Table {
     let mut table = Table::new();
-    table.load_preset(ASCII_MARKDOWN).set_header([
-        "cell",
-        "setting",
-        "seed",
-        "state",
-        "update",
-        "R",
-        "R_MI nats",
-        &format!("{} {}", measure.symbol, measure.unit),
-        "at work",
-    ]);
+    let information = measure.information.as_ref();
+    let header = ["cell", "setting", "seed", "state", "update", "R"].map(str::to_owned);
+    let values = information.map(Information::heading).into_iter().chain([measure.heading()]);
+    let header: Vec<_> = header.into_iter().chain(values).collect();
+    let n_numbers = header.len();
+    table.load_preset(ASCII_MARKDOWN).set_header(header.into_iter().chain(["at work".into()]));
     for cell in cells {
         let value = |of: &dyn Fn(&Row) -> f64| {
             cell.latest.as_ref().map_or(String::new(), |row| format!("{:.4}", of(row)))
         };
-        table.add_row([
+        let row = [
             cell.index.to_string(),
             cell.setting.clone(),
             cell.seed.to_string(),
             state(&cell.state).into(),
             format!("{}/{}", cell.updates(), cell.target_updates),
             cell.latest.as_ref().map_or(String::new(), |row| format!("{:.3e}", row.reward)),
-            value(&|row| row.intrinsic_nats),
-            value(&|row| measure.of(row)),
-            worker(cell).map_or(String::new(), |(host, process, _)| format!("{host}:{process}")),
-        ]);
+        ];
+        let nats = information.map(|_| value(&|row| row.intrinsic_nats));
+        let worker =
+            worker(cell).map_or(String::new(), |(host, process, _)| format!("{host}:{process}"));
+        let values = nats.into_iter().chain([value(&|row| measure.of(row)), worker]);
+        table.add_row(row.into_iter().chain(values));
     }
-    for column in [0, 2, 4, 5, 6, 7] {
+    for column in [0, 2].into_iter().chain(4..n_numbers) {
         if let Some(column) = table.column_mut(column) {
             column.set_cell_alignment(CellAlignment::Right);
         }

@@ -4,8 +4,6 @@
 //! [paired t-test](paired_t) over the cells of a setting asks whether
 //! what the run is judged by, its task's own value, is higher late.
 
-use std::collections::BTreeMap;
-
 use anyhow::{Context, bail};
 use comfy_table::{CellAlignment, Table, presets::ASCII_MARKDOWN};
 use figures::{
@@ -32,47 +30,14 @@ struct Windows {
 
 pub(super) fn summary(arguments: &Summary) -> anyhow::Result<Outcome> {
     let catalogue = Catalogue::open(&arguments.run)?;
-    let (measure, every) = (catalogue.measure(), catalogue.every());
-    require_whole(arguments, every)?;
-    let mut outcome = Outcome::Done;
-    let mut settings: BTreeMap<usize, (String, Vec<Windows>)> = BTreeMap::new();
-    let (mut windows, mut left_out) = (None, Vec::new());
-    for run_cell in catalogue.cells() {
-        let RunCell { cell, folder, .. } = run_cell;
-        let path = folder.metrics();
-        let rows = match catalogue.rows(run_cell) {
-            Ok(rows) if rows.is_empty() && !path.exists() => continue,
-            Ok(rows) => rows,
-            Err(error) => {
-                left_out.push(cell.folder().display().to_string());
-                notify(Omitted::new(cell.folder().display(), error));
-                outcome = Outcome::Failed;
-                continue;
-            }
-        };
-        let n = rows.len() as u64 * every;
-        let [early, late] = *windows.get_or_insert_with(|| chosen(arguments, n, every));
-        let mean = |window| means(&rows, &measure, window, every);
-        let (Some(first), Some(second)) = (mean(early), mean(late)) else {
-            left_out.push(cell.folder().display().to_string());
-            if !arguments.print.json {
-                print_line(format_args!("{}: left out, it has {n} updates", path.display()))?;
-            }
-            continue;
-        };
-        let known = settings.values().position(|(setting, _)| *setting == cell.setting);
-        let key = known.unwrap_or(settings.len());
-        let entry = settings.entry(key).or_insert_with(|| (cell.setting.clone(), Vec::new()));
-        entry.1.push(Windows {
-            intrinsic_nats: [first.0, second.0],
-            performance: [first.1, second.1],
-        });
-    }
+    let measure = catalogue.measure();
+    require_whole(arguments, catalogue.every())?;
+    let Read { windows, settings, left_out, outcome } = Read::of(&catalogue, &measure, arguments)?;
     let Some([early, late]) = windows.filter(|_| !settings.is_empty()) else {
         bail!("{}: no cell has the updates that are asked for", arguments.run.display());
     };
     let settings: Vec<_> =
-        settings.into_values().map(|(name, of)| Learned::of(name, &of)).collect();
+        settings.iter().map(|(name, of)| Learned::of(name.clone(), of)).collect();
     if arguments.print.json {
         let run = arguments.run.display().to_string();
         let performance = Performance { symbol: &measure.symbol, unit: &measure.unit };
@@ -86,8 +51,62 @@ pub(super) fn summary(arguments: &Summary) -> anyhow::Result<Outcome> {
         measure.symbol
     ))?;
     published_note(&catalogue).iter().try_for_each(print_line)?;
-    measure.caveat.iter().try_for_each(print_line)?;
+    measure.caveats.iter().try_for_each(print_line)?;
     Ok(outcome)
+}
+
+/// What all cells did, as far as they can be read and have the updates.
+struct Read {
+    /// The early and the late updates; none before a cell is read.
+    windows: Option<[Updates; 2]>,
+    /// In the order of the sweep.
+    settings: Vec<(String, Vec<Windows>)>,
+    left_out: Vec<String>,
+    outcome: Outcome,
+}
+
+impl Read {
+    /// Says what it leaves out.
+    fn of(catalogue: &Catalogue, measure: &Measure, arguments: &Summary) -> anyhow::Result<Self> {
+        let every = catalogue.every();
+        let (windows, settings, left_out) = (None, Vec::new(), Vec::new());
+        let mut read = Self { windows, settings, left_out, outcome: Outcome::Done };
+        for run_cell in catalogue.cells() {
+            let RunCell { cell, folder, .. } = run_cell;
+            let path = folder.metrics();
+            let rows = match catalogue.rows(run_cell) {
+                Ok(rows) if rows.is_empty() && !path.exists() => continue,
+                Ok(rows) => rows,
+                Err(error) => {
+                    read.left_out.push(cell.folder().display().to_string());
+                    notify(Omitted::new(cell.folder().display(), error));
+                    read.outcome = Outcome::Failed;
+                    continue;
+                }
+            };
+            let n = rows.len() as u64 * every;
+            let [early, late] = *read.windows.get_or_insert_with(|| chosen(arguments, n, every));
+            let mean = |window| means(&rows, measure, window, every);
+            let (Some(first), Some(second)) = (mean(early), mean(late)) else {
+                read.left_out.push(cell.folder().display().to_string());
+                if !arguments.print.json {
+                    print_line(format_args!("{}: left out, it has {n} updates", path.display()))?;
+                }
+                continue;
+            };
+            let cell_windows =
+                Windows { intrinsic_nats: [first.0, second.0], performance: [first.1, second.1] };
+            read.add(&cell.setting, cell_windows);
+        }
+        Ok(read)
+    }
+
+    fn add(&mut self, setting: &str, cell: Windows) {
+        match self.settings.iter_mut().find(|(name, _)| name == setting) {
+            Some((_, cells)) => cells.push(cell),
+            None => self.settings.push((setting.to_owned(), vec![cell])),
+        }
+    }
 }
 
 /// What the cells of a setting learned; early and late where there are two numbers.
@@ -169,7 +188,7 @@ fn chosen(arguments: &Summary, n: u64, every: u64) -> [Updates; 2] {
     ]
 }
 
-/// Of R_MI in nats and of the measure; none if an update is missing.
+/// Of the information in nats and of the measure; none if an update is missing.
 fn means(rows: &[Row], measure: &Measure, window: Updates, every: u64) -> Option<(f64, f64)> {
     let inside = |row: &&Row| (window.first..=window.last).contains(&row.update);
     let rows: Vec<_> = rows.iter().filter(inside).collect();
@@ -181,33 +200,30 @@ fn means(rows: &[Row], measure: &Measure, window: Updates, every: u64) -> Option
 
 fn table(settings: &[Learned], measure: &Measure) -> Table {
     let mut table = Table::new();
-    table.load_preset(ASCII_MARKDOWN).set_header([
-        "setting",
-        "seeds",
-        "R_MI nats early",
-        "late",
-        &format!("{} {} early", measure.symbol, measure.unit),
-        "late",
-        "sd late",
-        "best late",
-        "t",
-        "p",
-    ]);
+    let information = measure.information.as_ref();
+    let early_and_late = |heading: String| [format!("{heading} early"), "late".into()];
+    let nats = information.map(|it| early_and_late(it.heading()));
+    let performance = early_and_late(measure.heading());
+    let header = ["setting", "seeds"].map(str::to_owned).into_iter();
+    let header = header.chain(nats.into_iter().flatten()).chain(performance);
+    let header = header.chain(["sd late", "best late", "t", "p"].map(str::to_owned));
+    let header: Vec<_> = header.collect();
+    let n_columns = header.len();
+    table.load_preset(ASCII_MARKDOWN).set_header(header);
     for it in settings {
-        table.add_row([
-            it.setting.clone(),
-            it.seeds.to_string(),
-            format!("{:.4}", it.intrinsic_nats[0]),
-            format!("{:.4}", it.intrinsic_nats[1]),
+        let nats = information.map(|_| it.intrinsic_nats.map(|nats| format!("{nats:.4}")));
+        let performance = [
             format!("{:+.5}", it.performance[0]),
             format!("{:+.5}", it.performance[1]),
             it.deviation_late.map_or("-".into(), |it| format!("{it:.5}")),
             format!("{:+.5}", it.best_late),
             it.t.map_or("-".into(), |t| format!("{t:.2}")),
             it.p.map_or("-".into(), |p| format!("{p:.1e}")),
-        ]);
+        ];
+        let row = [it.setting.clone(), it.seeds.to_string()].into_iter();
+        table.add_row(row.chain(nats.into_iter().flatten()).chain(performance));
     }
-    for column in 1..10 {
+    for column in 1..n_columns {
         if let Some(column) = table.column_mut(column) {
             column.set_cell_alignment(CellAlignment::Right);
         }

@@ -10,14 +10,12 @@
 //! | `values.rs` | [`Functions`]: task, information and mixes of the same control steps |
 //! | `measures.rs` | [`measure`]: roughness of each function on each slice; means over cells |
 //! | [`tables`] | tables and figures of these |
-//! | `arguments.rs` | what can be typed |
 //!
 //! The measures themselves are the crate `landscape`'s. Each point of a slice is rolled out several
 //! times: repeat r with the seed + r, the same at every point, so that the middle of a slice is what
 //! `itarl rollout` does. Of a rollout all terms of all steps are kept, from which the landscape of any mix
 //! is made without another step.
 
-mod arguments;
 mod measures;
 mod rollouts;
 mod slice;
@@ -39,7 +37,6 @@ use reward::Terms;
 use svenja::Morphology;
 use xxhash_rust::xxh3::xxh3_64;
 
-pub use arguments::Landscape;
 pub use measures::{Measured, Row, Summary, align, measure, predict, summarise};
 pub use slice::{Kind, Slice};
 pub use values::Functions;
@@ -112,6 +109,15 @@ impl Survey {
         let mut symbols = self.centres.iter().map(symbol);
         let first = symbols.next().unwrap_or("R_Loc");
         if symbols.all(|it| it == first) { first.to_owned() } else { "task".into() }
+    }
+
+    /// What the information is called; none if no cell measures any.
+    #[must_use]
+    pub fn information(&self) -> Option<String> {
+        let kinds = self.centres.iter().map(|it| it.experiment.reward.intrinsic.get());
+        let mut symbols = kinds.filter(|it| it.is_measured()).map(|it| it.symbol());
+        let first = symbols.next()?;
+        Some(if symbols.all(|it| it == first) { first } else { "information" }.into())
     }
 
     /// What a slice counts for in means: its cell, or its pair of cells.

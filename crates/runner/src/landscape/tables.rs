@@ -32,10 +32,13 @@ impl Findings {
     ) -> anyhow::Result<Self> {
         let task = survey.task();
         let reference = functions.first().map(Functions::reference).unwrap_or_default();
-        let names = functions.first().map(|it| it.names(&task)).unwrap_or_default();
+        let information = survey.information();
+        let both = [&task, information.as_deref().unwrap_or_default()];
+        let names = functions.first().map(|it| it.names(both)).unwrap_or_default();
+        let names = told(names, information.is_some());
         let (mut slices, mut rows, mut omitted) = (Vec::new(), Vec::new(), Vec::new());
         for (i, slice) in survey.slices.iter().enumerate() {
-            let values = survey.values(i, functions)?;
+            let values = told(survey.values(i, functions)?, information.is_some());
             match measure(slice, survey.unit(slice), &names, values) {
                 Ok(measured) => {
                     rows.extend(measured.rows.iter().cloned());
@@ -50,7 +53,7 @@ impl Findings {
         }
         if survey.n_gradients > 1 {
             for (i, centre) in survey.centres.iter().enumerate() {
-                let gradients = survey.gradients(i, functions)?;
+                let gradients = told(survey.gradients(i, functions)?, information.is_some());
                 rows.extend(align(&centre.name, &names, &gradients));
                 for slice in survey.slices.iter().filter(|slice| slice.centre == i) {
                     rows.extend(predict(slice, survey.unit(slice), &names, &gradients));
@@ -59,6 +62,14 @@ impl Findings {
         }
         Ok(Self { summary: summarise(&rows, &task, &reference), names, slices, rows, omitted })
     }
+}
+
+/// What is told of each function: nothing of information that isn't measured.
+fn told<T>(mut of_each: Vec<T>, has_information: bool) -> Vec<T> {
+    if !has_information && of_each.len() > Functions::INFORMATION {
+        of_each.remove(Functions::INFORMATION);
+    }
+    of_each
 }
 
 /// The files of a survey, by name.

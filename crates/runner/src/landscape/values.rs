@@ -40,11 +40,11 @@ impl Functions {
         2 + self.xis.len()
     }
 
-    /// The names of [`Functions::of`]: `R_Loc` and so on, `R_MI`, `xi=0.75`.
+    /// The names of [`Functions::of`]: `R_Loc` and so on, `R_MI` and so on, `xi=0.75`.
     #[must_use]
-    pub fn names(&self, task: &str) -> Vec<String> {
+    pub fn names(&self, [task, information]: [&str; 2]) -> Vec<String> {
         let mixes = self.xis.iter().map(|xi| format!("xi={xi}"));
-        [task.to_owned(), "R_MI".to_owned()].into_iter().chain(mixes).collect()
+        [task.to_owned(), information.to_owned()].into_iter().chain(mixes).collect()
     }
 
     /// The name of the mix with the largest share of the task, which others are compared with.
@@ -52,6 +52,9 @@ impl Functions {
     pub fn reference(&self) -> String {
         format!("xi={}", self.xis.iter().copied().fold(0.0, f64::max))
     }
+
+    /// Which of them is the information.
+    pub const INFORMATION: usize = 1;
 
     /// Each function of a control step.
     #[must_use]

@@ -29,18 +29,20 @@ fn one(group: &Group, run: &Results) -> Markup {
                     @for name in STATISTICS {
                         th scope="col" { (measure.symbol) " " (name) " [" (measure.unit) "]" }
                     }
-                    th scope="col" { "R_MI mean [nats]" }
-                    th scope="col" { "r of both" }
+                    @if let Some(it) = &measure.information {
+                        th scope="col" { (it.symbol) " mean [" (it.unit) "]" }
+                        th scope="col" { "r of both" }
+                    }
                 } }
-                tbody { @for mix in &group.mixes { (row(mix)) } }
+                tbody { @for mix in &group.mixes { (row(mix, measure.information.is_some())) } }
             }
         }
         @if let Some(probability) = group.improvement {
             p { "A cell with \u{3be} = 0.75 ends higher than one with \u{3be} = 1 with probability "
                 (typeset(probability)) "." }
         }
-        @if let Some(r) = group.correlation {
-            p { "Pearson's r of " (measure.symbol) " and R_MI over all updates: "
+        @if let Some((r, it)) = group.correlation.zip(measure.information.as_ref()) {
+            p { "Pearson's r of " (measure.symbol) " and " (it.symbol) " over all updates: "
                 (typeset(r)) "." }
         }
         @for statement in &group.statements {
@@ -54,14 +56,16 @@ fn one(group: &Group, run: &Results) -> Markup {
     }
 }
 
-fn row(mix: &Mix) -> Markup {
+fn row(mix: &Mix, has_information: bool) -> Markup {
     let r = mix.correlation.map_or("\u{2013}".into(), figures::three_digits);
     html! { tr {
         td { (mix.xi) }
         td { (mix.n) }
         @for estimate in mix.last { td { (typeset(estimate)) } }
-        td { (typeset(mix.intrinsic_nats)) }
-        td { (typeset(r)) }
+        @if has_information {
+            td { (typeset(mix.intrinsic_nats)) }
+            td { (typeset(r)) }
+        }
     } }
 }
 

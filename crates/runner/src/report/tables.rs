@@ -32,7 +32,11 @@ pub(super) fn all(results: &Results) -> Markup {
 const ABOUT: [About; 4] = [
     ("settings", |_| "Settings".into(), false),
     ("improvement", |_| "How probably one setting does better than another".into(), false),
-    ("correlation", |measure| format!("Correlation of {} and R_MI", measure.symbol), false),
+    (
+        "correlation",
+        |measure| format!("Correlation of {} and {}", measure.symbol, information(measure)),
+        false,
+    ),
     ("instances", |_| "Every cell".into(), true),
 ];
 
@@ -56,15 +60,21 @@ fn one(table: &Table, measure: &Measure) -> Markup {
     }
 }
 
+/// The symbol of the information.
+fn information(measure: &Measure) -> &str {
+    measure.information.as_ref().map_or("information", |it| &it.symbol)
+}
+
 /// `R_Loc_last_window_m` as "R_Loc last window [m]".
-fn heading(name: &str, Measure { symbol, unit, .. }: &Measure) -> String {
+fn heading(name: &str, measure: &Measure) -> String {
+    let Measure { symbol, unit, .. } = measure;
     let (name, unit) = match name.strip_suffix(&format!("_{unit}")) {
         Some(name) => (name, format!(" [{unit}]")),
         None => (name, String::new()),
     };
     let mut words = name.replace('_', " ");
     // Symbols keep their index.
-    for symbol in [symbol, "R_MI"] {
+    for symbol in [symbol, information(measure)] {
         words = words.replace(&symbol.replace('_', " "), symbol);
     }
     words + &unit
@@ -90,6 +100,8 @@ fn short(number: f64, value: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use figures::Information;
+
     use super::*;
 
     #[test]
@@ -111,9 +123,10 @@ mod tests {
         let walking = Measure::of_task("locomotion", "R_Loc", "m");
         assert_eq!(heading("R_Loc_last_window_m", &walking), "R_Loc last window [m]");
         assert_eq!(heading("share_collapsed", &walking), "share collapsed");
-        let turning = Measure::of_task("turning", "turning", "rad");
+        let flow = Information::of_kind("transfer_entropy", "R_TE", ["nats", "link"]);
+        let turning = Measure::of_task("turning", "turning", "rad").with(Some(flow), None);
         assert_eq!(heading("turning_mean_rad", &turning), "turning mean [rad]");
-        assert_eq!(heading("pearson_turning_R_MI", &turning), "pearson turning R_MI");
+        assert_eq!(heading("pearson_turning_R_TE", &turning), "pearson turning R_TE");
     }
 
     #[test]

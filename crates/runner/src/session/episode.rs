@@ -6,7 +6,7 @@
 //! [is settling](Episode::is_settling).
 
 use reward::{Group, Reward, RobotLayout, RobotState, Terms, Transition};
-use runs::{Layout, Step as Recorded};
+use runs::{RecordingLayout, Step as Recorded};
 use serde::{Deserialize, Serialize};
 use svenja::{Morphology, Readings};
 
@@ -310,12 +310,12 @@ fn neighbours(morphology: &Morphology) -> Vec<[usize; 2]> {
 
 /// What is recorded of a control step.
 #[must_use]
-pub fn recorded_layout(experiment: &Experiment, morphology: &Morphology) -> Layout {
+pub fn recorded_layout(experiment: &Experiment, morphology: &Morphology) -> RecordingLayout {
     let axes = |ids: &[svenja::AxisId]| ids.iter().map(|&id| morphology.axis_name(id)).collect();
     let bodies: Vec<_> = morphology.bodies().iter().map(|body| body.name.clone()).collect();
     let contacts = morphology.contacts().iter().map(|&body| bodies[body].clone());
     let positions: Vec<String> = axes(morphology.sensors());
-    Layout {
+    RecordingLayout {
         actuators: axes(morphology.actuators()),
         frames_per_step: (experiment.physics_steps_per_control_step()
             / experiment.record.pose_every) as usize,

@@ -19,7 +19,7 @@ pub(super) const POSE: usize = 7;
 /// What a recorded control step consists of, and at which times.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Layout {
+pub struct RecordingLayout {
     /// Names of the actuators.
     pub actuators: Vec<String>,
     /// Names of the bodies.
@@ -34,7 +34,7 @@ pub struct Layout {
     pub terms: Vec<String>,
 }
 
-impl Layout {
+impl RecordingLayout {
     /// Numbers of one control step in each tensor, in the order of [`TENSORS`]; none if it's more
     /// than there is memory for.
     fn widths(&self) -> Option<[usize; 5]> {

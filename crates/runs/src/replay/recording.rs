@@ -25,7 +25,7 @@ use safetensors::{
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::Xxh3;
 
-use super::{Error, Layout, POSE, Packing};
+use super::{Error, POSE, Packing, RecordingLayout};
 use crate::{Hash, atomic};
 
 /// The tensors' names.
@@ -42,7 +42,7 @@ const UNGUARDED: u64 = 1;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     /// What a control step consists of.
-    pub layout: Layout,
+    pub layout: RecordingLayout,
     /// Number of the oldest control step, counted from 0.
     pub first_control_step: u64,
     /// The number T of control steps.
@@ -65,7 +65,7 @@ pub struct Recording {
 struct Metadata {
     first_control_step: u64,
     format: u64,
-    layout: Layout,
+    layout: RecordingLayout,
     /// Of packed poses.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     packing: Option<Packing>,
@@ -253,7 +253,11 @@ fn metadata(path: &Path, bytes: &[u8]) -> Result<Metadata, Error> {
 const PACKED_BYTES: [usize; 5] = [2, 4, 4, 1, 8];
 
 /// Name, type and shape of each tensor, in the order of [`TENSORS`].
-fn tensors(layout: &Layout, n_steps: usize, format: u64) -> [(&'static str, Dtype, Vec<usize>); 5] {
+fn tensors(
+    layout: &RecordingLayout,
+    n_steps: usize,
+    format: u64,
+) -> [(&'static str, Dtype, Vec<usize>); 5] {
     let of_poses = if format == PACKED { Dtype::I16 } else { Dtype::F32 };
     let n_bodies = layout.bodies.len();
     let [poses, sensors, actions, contacts, terms] = TENSORS;
@@ -298,7 +302,7 @@ mod tests {
     fn small() -> Recording {
         let names = |names: &[&str]| names.iter().map(ToString::to_string).collect();
         Recording {
-            layout: Layout {
+            layout: RecordingLayout {
                 actuators: names(&["hip"]),
                 bodies: names(&["torso", "foot"]),
                 frames_per_step: 1,

@@ -1,6 +1,6 @@
 //! A ring of the last control steps. All its memory is taken when it's made.
 
-use super::{Error, Layout, Recording};
+use super::{Error, Recording, RecordingLayout};
 
 /// One control step, as it's recorded.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +20,7 @@ pub struct Step<'a> {
 /// The last control steps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ring {
-    layout: Layout,
+    layout: RecordingLayout,
     /// Control steps that it holds at most.
     capacity: usize,
     /// Control steps that were pushed, also those that are overwritten by now.
@@ -37,7 +37,7 @@ impl Ring {
     ///
     /// # Errors
     /// If there's no memory for them, and for the copies that are made when they're saved.
-    pub fn new(layout: Layout, capacity: usize) -> Result<Self, Error> {
+    pub fn new(layout: RecordingLayout, capacity: usize) -> Result<Self, Error> {
         const COPIES: usize = 4;
         let too_many = |bytes: usize| {
             let megabytes = bytes as f64 / 1e6;
@@ -194,9 +194,9 @@ mod tests {
 
     use super::*;
 
-    fn layout([frames_per_step, bodies, sensors, actuators, terms]: [usize; 5]) -> Layout {
+    fn layout([frames_per_step, bodies, sensors, actuators, terms]: [usize; 5]) -> RecordingLayout {
         let names = |what: &str, n| (0..n).map(|i| format!("{what} {i}")).collect();
-        Layout {
+        RecordingLayout {
             actuators: names("actuator", actuators),
             bodies: names("body", bodies),
             frames_per_step,
@@ -286,7 +286,7 @@ mod tests {
     fn any_time_between_frames_comes_back() {
         for frequency in 1..=500 {
             let seconds_per_frame = 1.0 / f64::from(frequency);
-            let layout = Layout { seconds_per_frame, ..layout([1; 5]) };
+            let layout = RecordingLayout { seconds_per_frame, ..layout([1; 5]) };
             let mut ring = Ring::new(layout, 1).unwrap();
             let bytes = ring.recording().encode().unwrap();
             ring.restore(&Recording::decode(Path::new("replay"), &bytes).unwrap()).unwrap();

@@ -55,14 +55,7 @@ pub(crate) fn check(file: &ModelFile, folder: &Path) -> Result<Morphology, Probl
     let groups = checker.groups(&file.groups, &joint_names, &body_names);
     checker.group_contacts(&groups, &contacts, &body_names);
     let parts = Parts::new(&joints, &groups);
-    let sensors = match &file.sensors {
-        Some(names) => checker.axes("sensors", names, &parts, false),
-        None => parts.all_axes(),
-    };
-    let actuators = match &file.actuators {
-        Some(names) => checker.axes("actuators", names, &parts, true),
-        None => parts.all_axes().into_iter().filter(|&id| parts.axis(id).servo.is_some()).collect(),
-    };
+    let (sensors, actuators) = checker.sensors_and_actuators(file, &parts);
 
     if !checker.problems.is_empty() {
         return Err(Problems::new(checker.problems));
@@ -403,6 +396,24 @@ impl Checker<'_> {
                 self.complain(&name.place, message);
             }
         }
+    }
+
+    /// What the file lists, or all axes, and all that have a servo.
+    fn sensors_and_actuators(
+        &mut self,
+        file: &ModelFile,
+        parts: &Parts<'_>,
+    ) -> (Vec<AxisId>, Vec<AxisId>) {
+        let sensors = match &file.sensors {
+            Some(names) => self.axes("sensors", names, parts, false),
+            None => parts.all_axes(),
+        };
+        let has_servo = |&id: &AxisId| parts.axis(id).servo.is_some();
+        let actuators = match &file.actuators {
+            Some(names) => self.axes("actuators", names, parts, true),
+            None => parts.all_axes().into_iter().filter(has_servo).collect(),
+        };
+        (sensors, actuators)
     }
 
     /// The axes that names of groups, of joints and of axes stand for.

@@ -129,13 +129,9 @@ impl ModelFile {
         let touch = model.or("touch", parts(), Vec::new());
         let penalised = model.or("penalised", parts(), Vec::new());
         let no_collision = model.or("no_collision", list(placed(vector(part()))), Vec::new());
-        for list in ["servo", "mesh", "body", "joint", "group"] {
-            let count = model.count(list);
-            if count > MOST_PARTS {
-                model.refuse(list, &format!("at most {MOST_PARTS} tables"), count);
-                model.accept_all();
-                return None;
-            }
+        if has_too_many(model) {
+            model.accept_all();
+            return None;
         }
         let servos = model.named_tables("servo", |key, servo| ServoFile::read(&key.name, servo));
         let meshes = model.tables("mesh", MeshFile::read);
@@ -167,6 +163,18 @@ impl ModelFile {
             groups,
         })
     }
+}
+
+/// Whether there are more parts of a kind than anybody needs, which is a mistake then.
+fn has_too_many(model: &mut Section<'_>) -> bool {
+    for list in ["servo", "mesh", "body", "joint", "group"] {
+        let count = model.count(list);
+        if count > MOST_PARTS {
+            model.refuse(list, &format!("at most {MOST_PARTS} tables"), count);
+            return true;
+        }
+    }
+    false
 }
 
 /// `position_m` and `rotation_deg`, both zero by default.
