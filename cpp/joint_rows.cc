@@ -117,6 +117,32 @@ void PausingSolver::make_all_rows(const btContactSolverInfo& info) {
   for (int i = 0; i < total; ++i) m_orderNonContactConstraintPool[i] = i;
 }
 
+namespace {
+
+// Has a constraint write its Jacobians, limits and errors into its rows; the damping of their speeds.
+btScalar ask(btTypedConstraint& constraint, btSolverConstraint* rows,
+             const btContactSolverInfo& info) {
+  btTypedConstraint::btConstraintInfo2 to;
+  to.fps = 1.f / info.m_timeStep;
+  to.erp = info.m_erp;
+  to.m_J1linearAxis = rows->m_contactNormal1;
+  to.m_J1angularAxis = rows->m_relpos1CrossNormal;
+  to.m_J2linearAxis = rows->m_contactNormal2;
+  to.m_J2angularAxis = rows->m_relpos2CrossNormal;
+  to.rowskip = sizeof(btSolverConstraint) / sizeof(btScalar);
+  to.m_constraintError = &rows->m_rhs;
+  rows->m_cfm = info.m_globalCfm;
+  to.m_damping = info.m_damping;
+  to.cfm = &rows->m_cfm;
+  to.m_lowerLimit = &rows->m_lowerLimit;
+  to.m_upperLimit = &rows->m_upperLimit;
+  to.m_numIterations = info.m_numIterations;
+  constraint.getInfo2(&to);
+  return to.m_damping;
+}
+
+}  // namespace
+
 void PausingSolver::make_rows(btTypedConstraint& constraint, int first, int count,
                           const btContactSolverInfo& info) {
   const int a = getOrInitSolverBody(constraint.getRigidBodyA(), info.m_timeStep);
@@ -135,22 +161,7 @@ void PausingSolver::make_rows(btTypedConstraint& constraint, int first, int coun
     rows[i].m_overrideNumSolverIterations = iterations;
   }
 
-  btTypedConstraint::btConstraintInfo2 to;
-  to.fps = 1.f / info.m_timeStep;
-  to.erp = info.m_erp;
-  to.m_J1linearAxis = rows->m_contactNormal1;
-  to.m_J1angularAxis = rows->m_relpos1CrossNormal;
-  to.m_J2linearAxis = rows->m_contactNormal2;
-  to.m_J2angularAxis = rows->m_relpos2CrossNormal;
-  to.rowskip = sizeof(btSolverConstraint) / sizeof(btScalar);
-  to.m_constraintError = &rows->m_rhs;
-  rows->m_cfm = info.m_globalCfm;
-  to.m_damping = info.m_damping;
-  to.cfm = &rows->m_cfm;
-  to.m_lowerLimit = &rows->m_lowerLimit;
-  to.m_upperLimit = &rows->m_upperLimit;
-  to.m_numIterations = info.m_numIterations;
-  constraint.getInfo2(&to);
+  const btScalar damping = ask(constraint, rows, info);
 
   const Side first_side(constraint.getRigidBodyA(), m_tmpSolverBodyPool[a]);
   const Side second_side(constraint.getRigidBodyB(), m_tmpSolverBodyPool[b]);
@@ -180,7 +191,7 @@ void PausingSolver::make_rows(btTypedConstraint& constraint, int first, int coun
       speed = first_speed + second_speed;
     }
     const btScalar position_error = row.m_rhs;  // from getInfo2
-    const btScalar speed_error = btScalar(0) - speed * to.m_damping;
+    const btScalar speed_error = btScalar(0) - speed * damping;
     row.m_rhs = position_error * row.m_jacDiagABInv + speed_error * row.m_jacDiagABInv;
   }
 }

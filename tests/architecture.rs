@@ -234,29 +234,32 @@ fn functions_are_counted_as_they_are_formatted() {
 /// formatters see to. In C++ also of blocks with a condition, which are within a function.
 fn functions(file: &str, text: &str) -> Vec<(usize, usize)> {
     let is_rust = file.ends_with(".rs");
-    if is_rust && (!file.contains("/src/") || file.contains("/tests")) {
+    let is_test = file.contains("/tests") || file.starts_with("tests/");
+    if is_test || is_rust && !file.contains("/src/") {
         return Vec::new();
     }
     let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
     let lines: Vec<&str> = text.lines().collect();
     let indentation = |line: &str| line.len() - line.trim_start().len();
     let is_head = |line: &str| match is_rust {
-        true => {
-            let before = line.split('(').next().unwrap_or_default();
-            !line.starts_with("//") && before.split(' ').any(|word| word == "fn")
-        }
+        true => !line.starts_with("//") && (line.starts_with("fn ") || line.contains(" fn ")),
         false => line.ends_with('{') && line.contains(')'),
     };
     let mut functions = Vec::new();
-    for (head, line) in lines.iter().enumerate().filter(|(_, line)| is_head(line.trim_start())) {
+    for head in (0..lines.len()).filter(|&i| is_head(lines[i].trim_start())) {
         let is_end = |it: &&str| ['{', ';', '}'].iter().any(|&end| it.ends_with(end));
         let n_head = lines[head..].iter().position(|it| is_end(&it.trim_end())).unwrap();
         let body = &lines[head + n_head + 1..];
         if lines[head + n_head].ends_with('{') {
-            let closes = |it: &&str| {
-                it.trim_start().starts_with('}') && indentation(it) <= indentation(line)
+            let goes_on = |it: &&&str| {
+                let text = it.trim();
+                !text.is_empty() && !text.starts_with("//") && !text.ends_with([';', '{', '}', ':'])
             };
-            functions.push((head + 1, body.iter().position(|it| closes(it)).unwrap()));
+            // In C++ a signature may begin some lines above.
+            let first = head - lines[..head].iter().rev().take_while(goes_on).count();
+            let outer = indentation(lines[if is_rust { head } else { first }]);
+            let closes = |it: &&str| it.trim_start().starts_with('}') && indentation(it) <= outer;
+            functions.push((head + 1, body.iter().position(closes).unwrap()));
         }
     }
     functions
