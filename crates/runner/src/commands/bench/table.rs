@@ -43,8 +43,8 @@ struct Work<'a> {
 
 /// A row of the table, as `--json` prints it.
 #[derive(Serialize)]
-struct Row<'a> {
-    name: &'a str,
+struct Row {
+    name: String,
     hidden_units: Option<usize>,
     threads: usize,
     /// On each thread.
@@ -62,7 +62,8 @@ struct Row<'a> {
 pub(super) fn table(arguments: &Bench, length: Duration) -> anyhow::Result<Outcome> {
     let cores = thread::available_parallelism().map_or(1, NonZero::get);
     let mut rows = Vec::new();
-    for (name, experiment, morphology) in &subjects(arguments)? {
+    let subjects = subjects(arguments)?;
+    for (name, experiment, morphology) in &subjects {
         let one = Work { name, hidden_units: None, experiment, morphology, cells: 1, threads: 1 };
         for cells in CELLS {
             rows.push(measure(&Work { cells, ..one }, length)?);
@@ -122,7 +123,7 @@ fn subject(file: &Path) -> anyhow::Result<Subject> {
     Ok((name, experiment, morphology))
 }
 
-fn measure<'a>(work: &Work<'a>, length: Duration) -> anyhow::Result<Row<'a>> {
+fn measure(work: &Work<'_>, length: Duration) -> anyhow::Result<Row> {
     let together = Barrier::new(work.threads);
     let results: Vec<_> = thread::scope(|scope| {
         let start = || scope.spawn(|| on_a_thread(work, length, &together));
@@ -139,7 +140,7 @@ fn measure<'a>(work: &Work<'a>, length: Duration) -> anyhow::Result<Row<'a>> {
     }
     let mean = |of: fn(&Speed) -> f64| speeds.iter().map(of).sum::<f64>() / speeds.len() as f64;
     Ok(Row {
-        name: work.name,
+        name: work.name.to_owned(),
         hidden_units: work.hidden_units,
         threads: work.threads,
         cells: work.cells,
@@ -174,7 +175,7 @@ fn on_a_thread(
     Ok((batch.speed(), bytes))
 }
 
-fn drawn(rows: &[Row<'_>]) -> Table {
+fn drawn(rows: &[Row]) -> Table {
     let mut table = Table::new();
     table.load_preset(ASCII_MARKDOWN).set_header([
         "robot",
@@ -189,7 +190,7 @@ fn drawn(rows: &[Row<'_>]) -> Table {
     ]);
     for row in rows {
         table.add_row([
-            row.name.to_owned(),
+            row.name.clone(),
             row.hidden_units.map_or_else(String::new, |n| n.to_string()),
             row.threads.to_string(),
             row.cells.to_string(),
