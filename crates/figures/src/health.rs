@@ -215,7 +215,8 @@ mod tests {
         let elsewhere = ["update", "control_steps", "R", "R_MI_nats", "R_Loc", "task"];
         assert_eq!(walking.len() + elsewhere.len(), COLUMNS.len());
         // Of another task the way is a column like others.
-        run.measure = Measure::of_task("turning", "turning", "rad");
+        let information = run.measure.information.take();
+        run.measure = Measure::of_task("turning", "turning", "rad").with(information, None);
         assert_eq!(shown(&run).len(), walking.len() + 1);
         let drawn = draw(&run, &Options::default()).unwrap();
         assert!(drawn.svg.contains("way along the heading / m per control step"));

@@ -158,7 +158,7 @@ mod tests {
     use nalgebra::Vector3;
 
     use super::*;
-    use crate::example::{TASK, clip, morphology, recording};
+    use crate::example::{PARTS, clip, morphology, recording};
 
     /// 2 kg at y = 0, 1 kg at 0.5 and 1 kg at -0.5; 2 kg at z = 0.2 and 2 kg at 0.1.
     #[test]
