@@ -17,6 +17,11 @@ end() {
   code=$?
   test $code -eq 0 || tail -n 20 "$dir"/*.log || true
   scancel --quiet --user="$(id -un)" || true
+  # What is still at work ends with its job, and not with the daemons.
+  for _ in $(seq 100); do
+    test -n "$(squeue --noheader --states=running,completing 2>/dev/null)" || break
+    sleep 0.1
+  done
   kill "${daemons[@]}" 2>/dev/null || true
   kill "$(cat "$dir/munged.pid")" 2>/dev/null || true
   sleep 1

@@ -26,7 +26,7 @@ use runner::{
     catalogue::{Catalogue, RunCell},
     report::Report,
 };
-use runs::{Bullet, Cell, Checkpoint, Extent, Header, Layout, NewRun, Precision, Recording};
+use runs::{Bullet, Cell, Checkpoint, Extent, Header, Layout, Look, NewRun, Precision, Recording};
 use svenja::Morphology;
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -53,7 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     omitted.iter().for_each(|it| println!("{it}"));
     println!("{:6.2} s  read", start.elapsed().as_secs_f64());
     let begin = Instant::now();
-    let cells = Catalogue::open(&folder)?.status();
+    let cells = Catalogue::open(&folder)?.status(Look::Quick);
     println!("{:6.2} s  status of {} cells", begin.elapsed().as_secs_f64(), cells.len());
     let out = folder.join("plots");
     fs::create_dir_all(&out)?;
