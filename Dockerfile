@@ -6,13 +6,13 @@ RUN apt-get update && apt-get install -y --no-install-recommends \
     g++ pkg-config libbullet-dev libclang-dev
 WORKDIR /itarl
 COPY . .
-RUN cargo build --release --locked --bin itarl && strip target/release/itarl
+RUN cargo build --release --locked --bin itarl && strip target/release/itarl && dist/licences.sh /licences
 
 FROM debian:bookworm-slim
 RUN apt-get update && apt-get install -y --no-install-recommends libbullet3.24 \
     && rm -rf /var/lib/apt/lists/*
 COPY --from=build /itarl/target/release/itarl /usr/local/bin/itarl
-COPY --from=build /itarl/LICENSE-MIT /itarl/LICENSE-APACHE /usr/share/doc/itarl/
+COPY --from=build /licences /usr/share/doc/itarl/licences
 COPY experiments /itarl/experiments
 COPY models /itarl/models
 WORKDIR /itarl

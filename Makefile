@@ -13,7 +13,7 @@ ESBUILD := esbuild@0.28.2
 ASAN_SEQUENCES ?= 5000
 VALGRIND_SEQUENCES ?= 1500
 
-.PHONY: help demo test docs crash-test import-oracles workers-test cluster-test examples-test dist dist-test \
+.PHONY: help demo test docs crash-test import-oracles workers-test cluster-test examples-test dist dist-test deb \
   lockstep-test verify-lockstep lint bench bench-mujoco asan valgrind three setup
 
 help:
@@ -26,6 +26,7 @@ help:
 	@echo "make examples-test  what docs/clusters.md shows for Snakemake and GNU parallel"
 	@echo "make dist      an archive of the program that runs on any x86-64 Linux"
 	@echo "make dist-test that archive in an empty root and in an older Debian (as root)"
+	@echo "make deb       a Debian package of the program"
 	@echo "make lockstep-test  lanes against Bullet's own solver, longer than in make test"
 	@echo "make verify-lockstep  the same with Svenja, 100,000 steps a lane (half an hour or more)"
 	@echo "make import-oracles  imported robots against MuJoCo and PyBullet (needs python3-venv)"
@@ -88,6 +89,12 @@ dist-test: PACKAGES += debootstrap
 dist-test: dist
 	test -e $(OLDER)/etc/debian_version || debootstrap --variant=minbase bullseye $(OLDER)
 	dist/test.sh target/release/itarl $(ARCHIVE) $(OLDER)
+
+# For the Debian that it's built on, whose Bullet it needs.
+deb: setup
+	command -v cargo-deb >/dev/null || cargo install --locked cargo-deb
+	dist/licences.sh target/licences
+	cargo deb --package runner --locked --strip
 
 # What others make of the same files. They're installed in a folder of their own, from PyPI.
 ORACLES := target/oracles

@@ -32,20 +32,7 @@ for library in $libraries; do
   cp --dereference "/usr/share/doc/$package/copyright" "$root/licences/$package"
 done | sort -u >"$root/licences/debian-packages"
 
-cp LICENSE-MIT LICENSE-APACHE "$root/licences/"
-cp crates/scenes/fonts/OFL.txt "$root/licences/Liberation-Sans"
-cp crates/scenes/assets/three/LICENSE "$root/licences/three.js"
-registry=${CARGO_HOME:-$HOME/.cargo}/registry/src
-cargo tree --package runner --edges normal --prefix none --format '{p}	{l}' --no-dedupe | sort -u |
-  while IFS=$'\t' read -r package licence; do
-    read -r crate version rest <<<"$package"
-    for folder in "$registry"/*/"$crate-${version#v}"; do
-      test -d "$folder" || continue
-      echo "== $crate ${version#v}: $licence"
-      find "$folder" -maxdepth 1 -type f \( -iname 'licen[cs]e*' -o -iname 'copying*' -o -iname 'notice*' \) |
-        sort | xargs -r -d '\n' cat
-    done
-  done >"$root/licences/rust-crates"
+dist/licences.sh "$root/licences"
 
 cp dist/README "$root/README"
 cp -r experiments models "$root/"

@@ -25,7 +25,7 @@ use rand_chacha::{
     rand_core::{Rng, SeedableRng},
 };
 use runner::catalogue::Catalogue;
-use runs::{CellFolder, Checkpoint};
+use runs::{CellFolder, Checkpoint, Header};
 
 /// Sixteen small cells, in four groups.
 const SIXTEEN: [&str; 8] =
@@ -257,6 +257,31 @@ fn a_second_worker_at_a_cell_is_never_silent() {
         said.err.lines().find(|line| line.contains(&left)).unwrap();
     }
     end(second).ends(DONE);
+    assert_same(&results(&run), &alone(&longer));
+}
+
+/// As on a file system that also hides what is in the lock: its checkpoint alone tells of another one.
+#[test]
+fn a_checkpoint_of_another_process_ends_the_cell_and_no_other() {
+    let longer = ["--set", "learning.updates=160", "--set", "checkpoint.every=1"];
+    let folder = tempfile::tempdir().unwrap();
+    let [run, other] = ["run", "other"].map(|name| folder.path().join(name));
+    train(&other, &[&longer[..], &["--stop-after", "5"]].concat()).ends(STOPPED);
+    let worker = start(&train_words(&run, &longer));
+    let name = "cells/xi=1/seed=2/checkpoint";
+    let [path, of_another] = [&run, &other].map(|run| run.join(name));
+    let updates = || Header::read(&path).unwrap().map_or(0, |header| header.updates);
+    wait_until(|| updates() > 5);
+    let beside = folder.path().join("checkpoint");
+    fs::copy(&of_another, &beside).unwrap();
+    fs::rename(&beside, &path).unwrap();
+    let said = end(worker).ends(FAILED).prints(&["3 of 4 cells done, 1 failed"]);
+    let place =
+        format!("{}: another process wrote it, at update 5, and this one's ", path.display());
+    said.complains(&[&place]);
+    assert_eq!(updates(), 5);
+    // It goes on from there, to the same bytes.
+    itarl(&["resume", text(&run)]).ends(DONE);
     assert_same(&results(&run), &alone(&longer));
 }
 

@@ -17,6 +17,11 @@ end() {
   code=$?
   test $code -eq 0 || tail -n 20 "$dir"/*.log || true
   scancel --quiet --user="$(id -un)" || true
+  # What is still at work ends with its job, and not with the daemons.
+  for _ in $(seq 100); do
+    test -n "$(squeue --noheader --states=running,completing 2>/dev/null)" || break
+    sleep 0.1
+  done
   kill "${daemons[@]}" 2>/dev/null || true
   kill "$(cat "$dir/munged.pid")" 2>/dev/null || true
   sleep 1
@@ -37,7 +42,11 @@ until_() {
 
 start_cluster() {
   mkdir "$dir/state" "$dir/node1" "$dir/node2"
-  sed "s#DIR#$dir#g; s/HOST/$(hostname)/g; s/CPUS/$(nproc)/g" tests/cluster/slurm.conf >"$SLURM_CONF"
+  # Another test may run beside this one.
+  ports=$((20000 + $$ % 4000 * 3))
+  sed "s#DIR#$dir#g; s/HOST/$(hostname)/g; s/CPUS/$(nproc)/g
+    s/PORT0/$ports/; s/PORT1/$((ports + 1))/; s/PORT2/$((ports + 2))/" \
+    tests/cluster/slurm.conf >"$SLURM_CONF"
   (umask 077 && head -c 1024 /dev/urandom >"$dir/munge.key")
   munged --force --key-file="$dir/munge.key" --socket="$dir/munge.socket" \
     --pid-file="$dir/munged.pid" --log-file="$dir/munged.log" --seed-file="$dir/munged.seed"
@@ -55,10 +64,12 @@ restarts_of() { scontrol --oneliner show job "$1" | grep -o 'Restarts=[0-9]*' | 
 restarted() { test "$(restarts_of "$1")" -ge "$2"; }
 status() { "$program" status "$run" || true; }
 at_work() { status | grep -q ' running'; }
+on_node1() { squeue --noheader --array --nodelist=node1 --states=running --format=%i; }
+node1_at_work() { test -n "$(on_node1)"; }
 nobody_queued() { test -z "$(squeue --noheader)"; }
 
 start_cluster
-"$program" train "${what[@]}" --out "$dir/alone" --threads 1 >"$dir/alone.log" 2>&1
+"$program" train "${what[@]}" --out "$dir/alone" >"$dir/alone.log" 2>&1
 
 "$program" slurm "${what[@]}" --out "$run" --nodes 3 --cpus 1 --time 10m >"$dir/job.sh"
 job=$(sbatch --parsable "$dir/job.sh")
@@ -80,9 +91,11 @@ echo "a worker comes late"
 late=$(sbatch --parsable --array=9 "$dir/job.sh")
 
 echo "a node goes down with what runs on it"
-until_ at_work
+until_ node1_at_work
+lost=$(on_node1 | head -n 1)
+before=$(restarts_of "$lost")
 scontrol update nodename=node1 state=down reason=test
-sleep 1
+until_ restarted "$lost" $((before + 1))
 scontrol update nodename=node1 state=resume
 
 until_ nobody_queued

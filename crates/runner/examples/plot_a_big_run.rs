@@ -27,7 +27,7 @@ use runner::{
     report::Report,
 };
 use runs::{
-    Bullet, Cell, Checkpoint, Extent, Header, NewRun, Precision, Recording, RecordingLayout,
+    Bullet, Cell, Checkpoint, Extent, Header, Look, NewRun, Precision, Recording, RecordingLayout,
 };
 use svenja::Morphology;
 use xxhash_rust::xxh3::xxh3_64;
@@ -55,7 +55,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     omitted.iter().for_each(|it| println!("{it}"));
     println!("{:6.2} s  read", start.elapsed().as_secs_f64());
     let begin = Instant::now();
-    let cells = Catalogue::open(&folder)?.status();
+    let cells = Catalogue::open(&folder)?.status(Look::Quick);
     println!("{:6.2} s  status of {} cells", begin.elapsed().as_secs_f64(), cells.len());
     let out = folder.join("plots");
     fs::create_dir_all(&out)?;

@@ -12,8 +12,8 @@ use anyhow::Context;
 use figures::{Information, Measure, Omitted, Results};
 use policy::Start;
 use runs::{
-    CELLS, CellFolder, CellStatus, Expected, FileCopy, Inspection, MODELS, Manifest, POLICIES,
-    PublishedCell, Row, Run,
+    CELLS, CellFolder, CellStatus, Expected, FileCopy, Inspection, Look, MODELS, Manifest,
+    POLICIES, PublishedCell, Row, Run,
 };
 use svenja::Morphology;
 use xxhash_rust::xxh3::xxh3_64;
@@ -290,14 +290,15 @@ impl Catalogue {
         }
     }
 
-    /// Where the cells stand, by index. One that can't be read doesn't hide the others.
+    /// Where the cells stand, by index. One that can't be read doesn't hide the others. A published
+    /// run's are small, and read as a whole.
     #[must_use]
-    pub fn status(&self) -> Vec<CellStatus> {
+    pub fn status(&self, look: Look) -> Vec<CellStatus> {
         runs::parallel::map(&self.cells, |cell| {
             let updates = cell.cell.experiment.learning.updates;
             let look = match self.published(cell) {
                 Some(published) => cell.folder.published_state(published, updates),
-                None => self.expecting(cell, |expected| cell.folder.inspect(expected)),
+                None => self.expecting(cell, |expected| cell.folder.inspect(expected, look)),
             };
             let look = look.map(|seen| Inspection {
                 latest: seen.latest.map(|row| cell.completed(row)),

@@ -83,6 +83,7 @@ queued again, until all are done. docs/clusters.md tells more.")]
     #[command(after_help = "Examples:
   itarl status runs/quick
   itarl status runs/quick --watch=60         # until nothing is left to do
+  itarl status runs/quick --check            # whether all files are as they were written
   itarl status runs/quick --json | jq .pace  # docs/json.md has the shape
 
 Exit codes: 0 all cells are done; 75 some aren't yet; 1 some failed, or can't be read.")]
@@ -215,6 +216,9 @@ pub struct Status {
     #[arg(long, value_name = "SECONDS", num_args = 0..=1, require_equals = true,
         default_missing_value = "10", value_parser = clap::value_parser!(u64).range(1..))]
     pub watch: Option<u64>,
+    /// Read all of each cell's checkpoint and metrics, as a resume would, and not only how long they are
+    #[arg(long)]
+    pub check: bool,
     /// How it's printed.
     #[command(flatten)]
     pub print: Print,

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use anyhow::bail;
 use figures::{Omitted, best_and_median};
-use runs::{CellStatus, Publication, Recording, Row};
+use runs::{CellStatus, Look, Publication, Recording, Row};
 
 use crate::{
     catalogue::{Catalogue, RunCell},
@@ -72,7 +72,7 @@ pub fn publish(
     }
     omitted.extend(record(&catalogue, &mut publication)?);
     let published = Catalogue::of(publication.finish()?)?;
-    Ok(Said { every, cells: published.status(), omitted })
+    Ok(Said { every, cells: published.status(Look::Thorough), omitted })
 }
 
 /// The cells with their rows as they are, and what can't be read of them.

@@ -116,6 +116,8 @@ pub struct OpenCell {
     updates: u64,
     /// Whether the lock has the name of this process.
     is_signed: bool,
+    /// Of the last checkpoint that this process wrote.
+    written: Option<Header>,
 }
 
 impl OpenCell {
@@ -142,7 +144,8 @@ impl OpenCell {
             .ok_or_else(|| Error::damaged(&folder.metrics(), "it has no first line"))?;
         let identity = expected.identity;
         let updates = checkpoint.as_ref().map_or(0, |it| it.header.updates);
-        let cell = Self { folder, identity, metrics, columns, lock, updates, is_signed: false };
+        let (is_signed, written) = (false, None);
+        let cell = Self { folder, identity, metrics, columns, lock, updates, is_signed, written };
         Ok((cell, checkpoint))
     }
 
@@ -166,12 +169,14 @@ impl OpenCell {
     ///
     /// # Errors
     /// If something can't be written. There's then either the older checkpoint or this one, whole.
-    /// [`Error::Moved`] or [`Error::Foreign`] if the cell isn't this process's any more.
+    /// [`Error::Moved`], [`Error::Foreign`] or [`Error::ForeignCheckpoint`] if the cell isn't this
+    /// process's any more.
     pub fn save(&mut self, snapshot: Snapshot<'_>) -> Result<(), Error> {
         let Snapshot { updates, control_steps, sections, policy, replay } = snapshot;
         let metrics = self.metrics.sync()?;
         let header = Header { identity: self.identity, updates, control_steps, metrics };
         self.write(&self.folder.checkpoint(), &Checkpoint { header, sections }.encode())?;
+        self.written = Some(header);
         self.write(&self.folder.policy(), policy)?;
         self.write(&self.folder.replay(), replay)
     }
@@ -217,7 +222,23 @@ impl OpenCell {
             true => self.lock.require_signature()?,
             false => self.sign()?,
         }
+        self.written.map_or(Ok(()), |written| self.require_checkpoint(written))?;
         atomic::write(path, bytes)
+    }
+
+    /// That no other process replaced the checkpoint that this one wrote. Before it wrote one, the
+    /// process before may have: that one sees this one's name in the lock, and leaves.
+    fn require_checkpoint(&self, written: Header) -> Result<(), Error> {
+        let path = self.folder.checkpoint();
+        match Header::read(&path) {
+            Ok(Some(found)) if found != written => {
+                let (found, written) = (found.updates, written.updates);
+                Err(Error::ForeignCheckpoint { path, found, written })
+            }
+            // What was lost or damaged meanwhile, this process still has.
+            Ok(_) | Err(Error::Damaged { .. }) => Ok(()),
+            Err(error) => Err(error),
+        }
     }
 }
 
@@ -433,6 +454,61 @@ mod tests {
         assert!(matches!(saved, Err(Error::Foreign { writer, .. }) if writer == other));
         assert!(matches!(cell.fail("?"), Err(Error::Foreign { .. })));
         assert_eq!(files(&folder), before);
+    }
+
+    /// As of a machine whose locks and whose signature this one doesn't see.
+    #[test]
+    fn a_checkpoint_that_another_one_wrote_is_left_to_it() {
+        let (_folder, [folder, _]) = cells();
+        let (mut cell, _) = OpenCell::open(folder.clone(), EXPECTED).unwrap();
+        let header = |updates| Header {
+            identity: EXPECTED.identity,
+            updates,
+            control_steps: 100 * updates,
+            metrics: crate::Extent::empty(),
+        };
+        let of_another = |updates| {
+            let sections = BTreeMap::new();
+            Checkpoint { header: header(updates), sections }.write(&folder.checkpoint()).unwrap();
+            files(&folder)
+        };
+        // Of who was there before, and saw too late that this one came.
+        of_another(1);
+        for updates in [1, 2] {
+            cell.append(&row(updates)).unwrap();
+            cell.save(snapshot(updates)).unwrap();
+        }
+        // Behind, as far, or ahead.
+        for updates in [1, 2, 3] {
+            let before = of_another(updates);
+            let results =
+                [cell.save(snapshot(3)), cell.export(b"other", b"other"), cell.fail("it blew up")];
+            for result in results {
+                let is_refused = matches!(
+                    result,
+                    Err(Error::ForeignCheckpoint { found, written: 2, .. }) if found == updates
+                );
+                assert!(is_refused, "{updates}");
+            }
+            assert_eq!(files(&folder), before);
+        }
+    }
+
+    /// What was computed isn't lost with it.
+    #[test]
+    fn a_checkpoint_that_was_lost_or_damaged_meanwhile_is_written_again() {
+        let (_folder, [folder, _]) = cells();
+        run(&folder, 2, 2);
+        let (mut cell, _) = OpenCell::open(folder.clone(), EXPECTED).unwrap();
+        let harms: [fn(&Path); 2] =
+            [|path| fs::remove_file(path).unwrap(), |path| fs::write(path, "?").unwrap()];
+        for (updates, harm) in (3..).zip(harms) {
+            harm(&folder.checkpoint());
+            cell.append(&row(updates)).unwrap();
+            cell.save(snapshot(updates)).unwrap();
+            let found = Header::read(&folder.checkpoint()).unwrap().unwrap();
+            assert_eq!(found.updates, updates);
+        }
     }
 
     /// So that the lock still tells who wrote what is there.

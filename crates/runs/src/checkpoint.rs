@@ -20,6 +20,7 @@ use std::{
     collections::BTreeMap,
     fs::File,
     io::{self, Read},
+    os::unix::fs::FileExt,
     path::Path,
 };
 
@@ -157,6 +158,26 @@ impl Header {
         decode_header(path, &bytes).map(|(header, _)| Some(header))
     }
 
+    /// The header of a checkpoint that is as long as its sections make it, whose bytes aren't read. None
+    /// of any other: who reads it as a whole is told what is wrong.
+    pub(super) fn of_right_length(path: &Path) -> Option<Self> {
+        let file = File::open(path).ok()?;
+        let mut bytes = [0; HEADER];
+        file.read_exact_at(&mut bytes, 0).ok()?;
+        let (header, n_sections) = decode_header(path, &bytes).ok()?;
+        let mut end = HEADER as u64;
+        for _ in 0..n_sections {
+            // Of the name, then of the part.
+            for size in [4, 8] {
+                let length = &mut [0; 8][..size];
+                file.read_exact_at(length, end).ok()?;
+                end = end.checked_add(size as u64)?.checked_add(little_endian(length))?;
+            }
+        }
+        let length = file.metadata().ok()?.len();
+        (length == end.checked_add(CHECKSUM as u64)?).then_some(header)
+    }
+
     /// That it's of a cell, and as far as a cell of its experiment can be: a checkpoint may also be
     /// made inside of an update. `path` is for the messages.
     ///
@@ -226,6 +247,8 @@ fn little_endian(bytes: &[u8]) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use proptest::prelude::*;
 
     use super::*;
@@ -347,6 +370,33 @@ mod tests {
         bytes[n..].copy_from_slice(&checksum.to_le_bytes());
         let error = decode(&bytes).unwrap_err().to_string();
         assert!(error.starts_with("checkpoint: format version 9, and this program reads 1"));
+    }
+
+    /// What has lost bytes, or has too many, isn't taken for whole; of others only bytes tell.
+    #[test]
+    fn a_checkpoint_of_another_length_is_seen_by_its_header() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("checkpoint");
+        let metrics = Extent { length: 8, xxh3: 9 };
+        let header = Header { identity: 1, updates: 2, control_steps: 200, metrics };
+        for names in [&[][..], &["a"], &["policy", "world"]] {
+            let sections = names.iter().map(|it| ((*it).to_string(), vec![7; 300])).collect();
+            let bytes = Checkpoint { header, sections }.encode();
+            let seen = |bytes: &[u8]| {
+                fs::write(&path, bytes).unwrap();
+                Header::of_right_length(&path)
+            };
+            assert_eq!(seen(&bytes), Some(header));
+            assert!((0..bytes.len()).all(|length| seen(&bytes[..length]).is_none()));
+            assert_eq!(seen(&[&bytes[..], b"x"].concat()), None);
+            assert!((0..HEADER).all(|place| {
+                let mut flipped = bytes.clone();
+                flipped[place] ^= 1;
+                seen(&flipped).is_none()
+            }));
+        }
+        fs::remove_file(&path).unwrap();
+        assert_eq!(Header::of_right_length(&path), None);
     }
 
     #[test]

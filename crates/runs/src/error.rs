@@ -78,6 +78,21 @@ pub enum Error {
         /// The other one.
         writer: Writer,
     },
+    /// Another process replaced the checkpoint of this one, though it holds the lock.
+    #[error(
+        "{}: another process wrote it, at update {found}, and this one's was at {written}; so that one is \
+         at this cell, too, though it's locked here: locks of this file system don't hold between \
+         machines (Lustre: mount it with -o flock, not localflock); this process left the cell to it",
+        path.display()
+    )]
+    ForeignCheckpoint {
+        /// The checkpoint.
+        path: PathBuf,
+        /// Updates in the one that is there.
+        found: u64,
+        /// Updates in the one that this process wrote last.
+        written: u64,
+    },
     /// The folder that this process locked is no longer the one at its path.
     #[error(
         "{}: no longer the folder that this process works in: it was renamed or removed, or its lock \

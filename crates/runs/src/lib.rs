@@ -72,7 +72,7 @@ pub use publish::{Moments, Publication, Published, PublishedCell};
 pub use replay::{Packing, Recording, RecordingLayout, Ring, Step, TENSORS};
 pub use row::{COLUMNS, Column, Row, header_line};
 pub use run::{CELLS, MANIFEST, Run};
-pub use status::{CellStatus, Inspection, State};
+pub use status::{CellStatus, Inspection, Look, State};
 pub use writer::{Signature, Writer};
 
 #[cfg(test)]

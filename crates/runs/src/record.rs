@@ -2,6 +2,8 @@
 //! was written before it. Of the rows behind, of a cell at work, nobody can say more than that they
 //! are rows.
 
+use std::fs;
+
 use super::{CellFolder, Checkpoint, Error, Expected, Header, Row, atomic, metrics::parse};
 
 /// How often a cell is read again that was saved or begun anew meanwhile.
@@ -42,6 +44,24 @@ impl CellFolder {
         Checkpoint::read(&self.checkpoint(), expected)
     }
 
+    /// How far its checkpoint is, if its header and the lengths of its files are as a resume would have
+    /// them; neither what it holds nor the metrics are read. Where something is wrong, all is, to say
+    /// what.
+    ///
+    /// # Errors
+    /// As [`CellFolder::whole`].
+    pub(super) fn glance(&self, expected: Expected) -> Result<Option<Header>, Error> {
+        let fits = |header: &Header| {
+            let length = fs::metadata(self.metrics()).map(|it| it.len());
+            header.check(&self.checkpoint(), expected).is_ok()
+                && length.is_ok_and(|length| length >= header.metrics.length)
+        };
+        match Header::of_right_length(&self.checkpoint()).filter(fits) {
+            Some(header) => Ok(Some(header)),
+            None => Ok(self.whole(expected)?.map(|checkpoint| checkpoint.header)),
+        }
+    }
+
     /// The checkpoint's header with the bytes of the metrics. A process may be at the cell just now:
     /// only what is wrong while the checkpoint stays the same is wrong.
     fn vouched(&self, expected: Expected) -> Result<(Option<Header>, Vec<u8>), Error> {
@@ -80,7 +100,6 @@ impl CellFolder {
 mod tests {
     use std::{
         collections::BTreeMap,
-        fs,
         sync::atomic::{AtomicBool, Ordering},
         thread,
     };

@@ -23,6 +23,16 @@ pub enum State {
     Unreadable(String),
 }
 
+/// How much of a cell that nobody is at is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Look {
+    /// What tells where it stands: headers, lengths, the newest row. Bytes that changed within a file
+    /// aren't noticed.
+    Quick,
+    /// All of its checkpoint and metrics, as a resume would.
+    Thorough,
+}
+
 /// Where a cell stands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellStatus {
@@ -97,18 +107,19 @@ pub struct Inspection {
 }
 
 impl CellFolder {
-    /// Where the cell stands. A cell that nobody is at is checked as a resume would check it.
+    /// Where the cell stands.
     ///
     /// The lock is asked first: a cell that ends meanwhile is then still running, and not stopped
     /// before its last checkpoint.
     ///
     /// # Errors
     /// As [`CellFolder::whole`].
-    pub fn inspect(&self, expected: Expected) -> Result<Inspection, Error> {
+    pub fn inspect(&self, expected: Expected, look: Look) -> Result<Inspection, Error> {
         let is_running = is_locked(&self.lock())?;
-        let header = match is_running {
-            true => Header::read(&self.checkpoint())?,
-            false => self.whole(expected)?.map(|checkpoint| checkpoint.header),
+        let header = match (is_running, look) {
+            (true, _) => Header::read(&self.checkpoint())?,
+            (false, Look::Quick) => self.glance(expected)?,
+            (false, Look::Thorough) => self.whole(expected)?.map(|checkpoint| checkpoint.header),
         };
         let saved_updates = header.map(|header| header.updates);
         let state = match (self.failure()?, saved_updates) {
@@ -164,9 +175,17 @@ mod tests {
         cell
     }
 
-    fn status(folder: &CellFolder, updates: u64) -> CellStatus {
+    fn seen(folder: &CellFolder, updates: u64, look: Look) -> CellStatus {
         let cell = Cell { index: 0, setting: String::new(), seed: 0 };
-        CellStatus::new(&cell, updates, folder.inspect(Expected { updates, ..EXPECTED }))
+        CellStatus::new(&cell, updates, folder.inspect(Expected { updates, ..EXPECTED }, look))
+    }
+
+    /// A quick look and a thorough one, which agree.
+    fn status(folder: &CellFolder, updates: u64) -> CellStatus {
+        let [quick, thorough] =
+            [Look::Quick, Look::Thorough].map(|look| seen(folder, updates, look));
+        assert_eq!(quick.state, thorough.state);
+        thorough
     }
 
     #[test]
@@ -214,7 +233,7 @@ mod tests {
 
     /// What a resume would refuse isn't called stopped, nor done.
     #[test]
-    fn damage_is_told_of_every_byte() {
+    fn a_thorough_look_tells_damage_of_every_byte() {
         let parent = tempfile::tempdir().unwrap();
         let cell = folder(parent.path(), 0);
         drop(open(cell.clone(), 2, 3));
@@ -228,12 +247,47 @@ mod tests {
                 let mut flipped = bytes.clone();
                 flipped[place] ^= 4;
                 fs::write(&path, flipped).unwrap();
-                let state = status(&cell, TARGET).state;
+                let state = seen(&cell, TARGET, Look::Thorough).state;
                 assert!(matches!(state, State::Unreadable(_)), "{} {place}", path.display());
             }
             fs::write(&path, bytes).unwrap();
         }
         assert_eq!(status(&cell, TARGET).state, State::Stopped);
         assert!(matches!(status(&cell, 1).state, State::Unreadable(_)));
+    }
+
+    /// What lacks bytes is named by a quick look as by a thorough one.
+    #[test]
+    fn a_quick_look_tells_what_is_missing_or_cut_off() {
+        let parent = tempfile::tempdir().unwrap();
+        let cell = folder(parent.path(), 0);
+        drop(open(cell.clone(), 2, 3));
+        let known = cell.header(EXPECTED).unwrap().unwrap().metrics.length as usize;
+        for (path, end) in [(cell.checkpoint(), usize::MAX), (cell.metrics(), known)] {
+            let bytes = fs::read(&path).unwrap();
+            for length in (0..bytes.len().min(end)).step_by(7) {
+                fs::write(&path, &bytes[..length]).unwrap();
+                let state = status(&cell, TARGET).state;
+                assert!(matches!(state, State::Unreadable(_)), "{} {length}", path.display());
+            }
+            fs::remove_file(&path).unwrap();
+            assert!(matches!(status(&cell, TARGET).state, State::Unreadable(_)));
+            fs::write(&path, bytes).unwrap();
+        }
+        assert_eq!(status(&cell, TARGET).state, State::Stopped);
+    }
+
+    /// It doesn't read what it needn't: 10,000 cells are looked at in a moment.
+    #[test]
+    fn a_quick_look_does_not_read_what_a_checkpoint_holds() {
+        let parent = tempfile::tempdir().unwrap();
+        let cell = folder(parent.path(), 0);
+        drop(open(cell.clone(), 2, 3));
+        let mut bytes = fs::read(cell.checkpoint()).unwrap();
+        let last = bytes.len() - 1;
+        bytes[last] ^= 1;
+        fs::write(cell.checkpoint(), bytes).unwrap();
+        assert_eq!(seen(&cell, TARGET, Look::Quick).state, State::Stopped);
+        assert!(matches!(seen(&cell, TARGET, Look::Thorough).state, State::Unreadable(_)));
     }
 }

@@ -10,7 +10,7 @@ use std::{
 use comfy_table::{CellAlignment, Table, presets::ASCII_MARKDOWN};
 use figures::{Information, Measure};
 use indicatif::HumanDuration;
-use runs::{CellStatus, Row, State, Writer};
+use runs::{CellStatus, Look, Row, State, Writer};
 use serde::Serialize;
 
 use super::{Outcome, json::print_json, print, print_line, published_note};
@@ -20,9 +20,10 @@ use crate::{catalogue::Catalogue, cli::Status};
 const CLEAR: &[u8] = b"\x1b[H\x1b[2J";
 
 pub(super) fn status(arguments: &Status) -> anyhow::Result<Outcome> {
+    let look = if arguments.check { Look::Thorough } else { Look::Quick };
     loop {
         let catalogue = Catalogue::open(&arguments.run)?;
-        let cells = catalogue.status();
+        let cells = catalogue.status(look);
         let outcome = outcome(&cells);
         if arguments.print.json {
             print_json("status", Report::new(&arguments.run.display().to_string(), &cells))?;

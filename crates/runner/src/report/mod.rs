@@ -14,7 +14,7 @@ use std::path::Path;
 use base64::{Engine, engine::general_purpose::STANDARD};
 use figures::{Drawing, FIGURES, Measure, Omitted, Options, Results};
 use maud::{Markup, html};
-use runs::CellStatus;
+use runs::{CellStatus, Look};
 use scenes::{
     page::page,
     viewer::{PAGE_BYTES, Packed},
@@ -52,7 +52,7 @@ impl Report {
         let catalogue = Catalogue::open(folder)?;
         let (results, omitted) =
             catalogue.results(&|done, total| progress(done, total, "cells read"))?;
-        let cells = catalogue.status();
+        let cells = catalogue.status(Look::Thorough);
         let replays = Packed::default();
         let mut report = Self { catalogue, results, cells, replays, omitted };
         report.read_replays(progress);

@@ -147,12 +147,12 @@ fn batch_size(n_worlds: usize, n_threads: usize, lanes: usize) -> usize {
 /// Cells by index, those that are done behind the others: they have no more to do than to be looked
 /// at. And how many wait before them.
 fn order(cells: &[&RunCell]) -> (VecDeque<usize>, usize) {
-    let is_done = |&index: &usize| {
-        let header = Header::read(&cells[index].folder.checkpoint());
+    let is_done = runs::parallel::map(cells, |cell| {
+        let header = Header::read(&cell.folder.checkpoint());
         // What can't be read is told when it's opened.
-        header.is_ok_and(|it| it.is_some_and(|it| it.updates >= cells[index].expected().updates))
-    };
-    let (done, waiting): (Vec<_>, Vec<_>) = (0..cells.len()).partition(is_done);
+        header.is_ok_and(|it| it.is_some_and(|it| it.updates >= cell.expected().updates))
+    });
+    let (done, waiting): (Vec<_>, Vec<_>) = (0..cells.len()).partition(|&index| is_done[index]);
     let n_waiting = waiting.len();
     (waiting.into_iter().chain(done).collect(), n_waiting)
 }
