@@ -103,7 +103,7 @@ ROBOTS ?= models tests/robots
 SHEET := target/robots
 contact-sheet: setup
 	cargo build --release --bin itarl
-	tests/robots/contact-sheet.sh target/release/itarl $(SHEET) $(ROBOTS)
+	tests/contact-sheet.sh target/release/itarl $(SHEET) $(ROBOTS)
 	@echo "the contact sheet: open $(CURDIR)/$(SHEET)/index.html in a browser"
 
 # Every model for 20 s of its life, random robots and scenes by the thousand, in both precisions.

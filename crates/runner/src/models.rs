@@ -124,9 +124,12 @@ mod tests {
             format!("name = \"m\" # mine\n{mesh}heading = {{ body = \"b\", axis = [0, 1, 0] }}\n")
         };
         let body = |files: &[&str]| {
-            let hulls = files.iter().map(|file| format!("{{ kind = \"hull\", file = \"{file}\" }}"));
+            let hulls =
+                files.iter().map(|file| format!("{{ kind = \"hull\", file = \"{file}\" }}"));
             let hulls = hulls.collect::<Vec<_>>().join(", ");
-            format!("[[body]]\nname = \"b\"\nmass_kg = 1\nposition_m = [0, 0, 0]\nshapes = [{hulls}]\n")
+            format!(
+                "[[body]]\nname = \"b\"\nmass_kg = 1\nposition_m = [0, 0, 0]\nshapes = [{hulls}]\n"
+            )
         };
         let all = body(&["a.obj", "own.obj", "b.obj"]);
         let texts = [
