@@ -15,7 +15,7 @@ find "$@" -type f \( -name '*.toml' -o -name '*.urdf' -o -name '*.xml' -o -name 
   sort | {
   n=0
   echo '<!DOCTYPE html><meta charset="utf-8"><title>Robots</title>'
-  echo '<style>body { display: flex; flex-wrap: wrap } figure { width: 480px } img { width: 100% }</style>'
+  echo '<style>body { display: flex; flex-wrap: wrap } figure { width: 400px; margin: 4px } img { max-width: 400px; max-height: 400px }</style>'
   while IFS= read -r robot; do
     n=$((n + 1))
     echo '<figure>'
