@@ -14,7 +14,7 @@ ASAN_SEQUENCES ?= 5000
 VALGRIND_SEQUENCES ?= 1500
 
 .PHONY: help demo test docs crash-test import-oracles workers-test cluster-test examples-test dist dist-test deb \
-  lockstep-test verify-lockstep lint bench bench-mujoco asan valgrind three setup
+  lockstep-test verify-lockstep lint bench bench-mujoco asan valgrind contact-sheet three setup
 
 help:
 	@echo "make demo      train Svenja for some minutes, and show what came out"
@@ -30,6 +30,7 @@ help:
 	@echo "make lockstep-test  lanes against Bullet's own solver, longer than in make test"
 	@echo "make verify-lockstep  the same with Svenja, 100,000 steps a lane (half an hour or more)"
 	@echo "make import-oracles  imported robots against MuJoCo and PyBullet (needs python3-venv)"
+	@echo "make contact-sheet  pictures of the robots in ROBOTS on one page"
 	@echo "make lint      formatting and clippy, as strict as CI"
 	@echo "make bench     what things cost, beside plain code that does the same"
 	@echo "make bench-mujoco  a physics step of Svenja beside MuJoCo's"
@@ -103,6 +104,14 @@ import-oracles: setup
 	test -x $(ORACLES)/bin/pip || python3 -m venv $(ORACLES)
 	$(ORACLES)/bin/pip install --quiet mujoco pybullet
 	cargo test -p formats --test oracles -- --nocapture
+
+# To be looked at: no legs torn off, feet where they belong.
+ROBOTS ?= models tests/robots
+SHEET := target/robots
+contact-sheet: setup
+	cargo build --release --bin itarl
+	tests/contact-sheet.sh target/release/itarl $(SHEET) $(ROBOTS)
+	@echo "the contact sheet: open $(CURDIR)/$(SHEET)/index.html in a browser"
 
 # Every model for 20 s of its life, random robots and scenes by the thousand, in both precisions.
 lockstep-test: setup

@@ -45,6 +45,30 @@ fn each_robot_is_imported_checked_and_lives_for_twenty_seconds() {
     }
 }
 
+/// Of a file, and of an experiment that changes it.
+#[test]
+fn every_command_takes_a_robot_in_another_format() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let (go2, experiment) =
+        (root().join("tests/robots/unitree/go2.urdf"), root().join("experiments/go2.toml"));
+    let (go2, experiment) = (text(&go2), text(&experiment));
+    let (png, glb) = (at("go2.png"), at("go2.glb"));
+    for words in [
+        &["model", "check", go2][..],
+        &["model", "show", go2],
+        &["rollout", go2, "--steps", "2"],
+        &["replay", go2, "--png", text(&png)],
+        &["replay", go2, "--steps", "2", "--glb", text(&glb)],
+        &["config", experiment],
+        &["train", experiment, "--list"],
+        &["slurm", experiment, "--out", text(&at("run"))],
+    ] {
+        itarl(words).ends(DONE);
+    }
+    assert!(png.is_file() && glb.is_file());
+}
+
 #[test]
 fn an_experiment_takes_a_robot_in_another_format() {
     let folder = tempfile::tempdir().unwrap();

@@ -243,6 +243,30 @@ fn shapes_of_all_kinds_are_drawn() {
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }
 
+/// A quadruped in URDF, and an ant in MJCF.
+#[test]
+fn robots_in_other_formats_are_drawn_and_move() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut browser = Browser::start(true);
+    for robot in ["unitree/go2.urdf", "gymnasium/ant.xml"] {
+        let file = root().join("tests/robots").join(robot);
+        let page = folder.path().join("robot.html");
+        let words = ["--policy", "random", "--steps", "20", "--html", text(&page)];
+        itarl(&[&["replay", text(&file)], &words[..]].concat()).ends(DONE);
+        browser.open(&page);
+        let before = browser.pixels(STAGE);
+        assert!(n_colours(&before) > 300, "{robot}: {} colours", n_colours(&before));
+        browser.run("document.querySelector('[data-part=play]').click()");
+        browser.wait_until("document.querySelector('[data-part=slider]').value > 0.8");
+        browser.run("document.querySelector('[data-part=play]').click()");
+        assert!(changed(&before, &browser.pixels(STAGE)) > 0.002, "{robot}");
+        // It hasn't sunk into the ground, and hasn't left it.
+        let [_, _, z] = shown_centre(&browser.text("[data-part=where]"));
+        assert!((0.05..1.0).contains(&z), "{robot}: {z} m");
+    }
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
 #[test]
 fn damaged_cells_are_named_and_the_rest_is_shown() {
     let (_folder, run) = reported(&[]);

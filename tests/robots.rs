@@ -115,6 +115,55 @@ fn a_changed_robot_is_that_of_a_changed_file() {
     assert_eq!(tree(&run.join("models")).len(), 1);
 }
 
+/// Corners of a box, as an OBJ file.
+fn mesh(path: &Path, [x, y, z]: [f64; 3]) {
+    let signs = (0..8).map(|i| [0, 1, 2].map(|bit| f64::from((i >> bit & 1) * 2 - 1)));
+    let line = |[a, b, c]: [f64; 3]| format!("v {} {} {}\n", a * x, b * y, c * z);
+    fs::create_dir_all(path.parent().unwrap()).unwrap();
+    fs::write(path, signs.map(line).collect::<String>()).unwrap();
+}
+
+/// Those that the model file names, and those that the experiment names in their place.
+#[test]
+fn a_run_has_the_meshes_of_all_its_robots() {
+    const BOX: &str = "kind = \"box\", half_extents_m = [0.2, 0.2, 0.06]";
+    let lab = Lab::new();
+    let experiment = |folder: &str, file: &str, more: &str| {
+        let hull = format!("kind = \"hull\", file = \"{file}\"");
+        let experiment = lab.experiment(folder, &[(BOX, &hull)], more);
+        let folder = experiment.parent().unwrap();
+        mesh(&folder.join("flat.obj"), [0.2, 0.2, 0.06]);
+        mesh(&folder.join("meshes/narrow.obj"), [0.12, 0.25, 0.06]);
+        experiment
+    };
+    let sweep = "[sweep.robot]\nbody.block.shape.file = ['flat.obj', 'meshes/narrow.obj']\n";
+    for (name, in_the_model) in [("one", "flat.obj"), ("none", "nowhere.obj")] {
+        let swept = experiment(name, in_the_model, sweep);
+        let (begun, run) = (lab.path("begun"), lab.path(&format!("{name} run")));
+        itarl(&["train", text(&swept), "--out", text(&begun), "--stop-after", "3"]).ends(STOPPED);
+        fs::remove_dir_all(swept.parent().unwrap()).unwrap();
+        fs::rename(&begun, &run).unwrap();
+        itarl(&["resume", text(&run)]).ends(DONE);
+        let published = lab.path(&format!("{name} published"));
+        itarl(&["publish", text(&run), "--out", text(&published)]).ends(DONE);
+    }
+    for (file, value) in [("flat.obj", "flat.obj"), ("meshes/narrow.obj", "meshes-narrow.obj")] {
+        let (alone, setting) = (lab.path(&format!("{value} run")), format!("xi=1,file={value}"));
+        let by_hand = experiment(value, file, "");
+        itarl(&["train", text(&by_hand), "--out", text(&alone)]).ends(DONE);
+        let by_hand = cell(&alone, "xi=1");
+        for run in ["one run", "none run"].map(|name| lab.path(name)) {
+            let swept = cell(&run, &setting);
+            assert_same(&learned(&run, &setting), &learned(&alone, "xi=1"));
+            assert_eq!(rollout(&swept), rollout(&by_hand), "{setting}");
+            assert_eq!(picture(&lab, &swept), picture(&lab, &by_hand), "{setting}");
+        }
+        for published in ["one published", "none published"].map(|name| lab.path(name)) {
+            assert_eq!(picture(&lab, &cell(&published, &setting)), picture(&lab, &by_hand));
+        }
+    }
+}
+
 #[test]
 fn a_key_is_changed_on_the_command_line_and_is_part_of_a_run() {
     let lab = Lab::new();

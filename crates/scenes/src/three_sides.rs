@@ -6,7 +6,9 @@
 //! from above     | in perspective
 //! ```
 
-use nalgebra::{Point3, Vector3};
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use nalgebra::{Isometry3, Point3, Vector3};
 use svenja::{Body, Collider, Morphology};
 
 use super::Error;
@@ -30,7 +32,7 @@ const SMALLEST_M: f64 = 1e-3;
 /// Of the camera of the fourth picture.
 const ANGLE_DEGREES: f64 = 30.0;
 
-/// A model as it's drawn in its file.
+/// A model as it's drawn in its file, on the ground, and looking along +y.
 ///
 /// # Errors
 /// None in practice: the font is in the program.
@@ -58,6 +60,7 @@ enum View {
 /// Where the robot is, and how large a metre.
 struct Sheet<'a> {
     morphology: &'a Morphology,
+    bodies: Vec<Body>,
     solids: Vec<Solid>,
     centre: Point3<f64>,
     /// With some air around it.
@@ -67,16 +70,16 @@ struct Sheet<'a> {
 
 impl<'a> Sheet<'a> {
     fn new(morphology: &'a Morphology) -> Self {
-        let bodies = morphology.bodies();
+        let bodies = placed(morphology);
         let boxes: Vec<_> = bodies.iter().map(corners).collect();
         let low = boxes.iter().fold(Point3::origin(), |a: Point3<f64>, (b, _)| a.inf(b));
         let high = boxes.iter().fold(boxes[0].1, |a, (_, b)| a.sup(b));
         let longest = (high - low).max().max(SMALLEST_M);
         let size = (high - low).map(|side| side.max(LEAST * longest) + 2.0 * AIR * longest);
-        let solids = |body: &'a Body| {
+        let solids = |body: &Body| {
             let solid =
                 |it: &Collider| Solid::new(&it.shape, &(body.pose * it.pose), body.colour, 0.0);
-            body.colliders.iter().map(solid)
+            body.colliders.iter().map(solid).collect::<Vec<_>>()
         };
         Self {
             morphology,
@@ -84,6 +87,7 @@ impl<'a> Sheet<'a> {
             centre: nalgebra::center(&low, &high),
             size,
             pixels_per_m: (WIDTH - 3 * MARGIN) as f64 / (size.y + size.x),
+            bodies,
         }
     }
 
@@ -139,7 +143,7 @@ impl<'a> Sheet<'a> {
     /// As near as all of the robot can be seen from.
     fn near_enough(&self, pixels: [usize; 2]) -> Camera {
         let view = Vector3::new(0.75, 0.8, 0.55).normalize();
-        let corners: Vec<_> = self.morphology.bodies().iter().flat_map(box_around).collect();
+        let corners: Vec<_> = self.bodies.iter().flat_map(box_around).collect();
         let [width, height] = pixels.map(|side| side as f32);
         let inside = |camera: &Camera| {
             let edge = 0.03 * width;
@@ -192,6 +196,33 @@ fn caption(
     picture.write(words, [start, baseline], size, INK)
 }
 
+/// The bodies of a robot as they're looked at: turned by quarters until it looks along +y, and at the
+/// height at which it's drawn or at that at which it starts, whichever is nearer to the ground. Some
+/// are drawn around their middle; others start with a fall.
+fn placed(morphology: &Morphology) -> Vec<Body> {
+    let mut bodies = morphology.bodies().to_vec();
+    let heading = morphology.heading();
+    let forward = bodies[heading.body].pose * heading.axis;
+    let quarters: [(f64, Vector3<f64>); 4] = [
+        (0.0, Vector3::y()),
+        (FRAC_PI_2, Vector3::x()),
+        (PI, -Vector3::y()),
+        (-FRAC_PI_2, -Vector3::x()),
+    ];
+    // The first, if it looks up or down.
+    let mut turn = quarters[0];
+    for other in quarters {
+        let is_nearer = other.1.dot(&forward) > turn.1.dot(&forward) + 1e-6;
+        turn = if is_nearer { other } else { turn };
+    }
+    let low = bodies.iter().map(|it| corners(it).0.z).fold(f64::INFINITY, f64::min);
+    let start = morphology.start().translation.z;
+    let lift = if (low + start).abs() < low.abs() { start } else { 0.0 };
+    let placed = Isometry3::new(lift * Vector3::z(), turn.0 * Vector3::z());
+    bodies.iter_mut().for_each(|body| body.pose = placed * body.pose);
+    bodies
+}
+
 /// The lower and the upper corner of the box around a body, as it's drawn: a point if it has no shape.
 fn corners(body: &Body) -> (Point3<f64>, Point3<f64>) {
     let around = |it: &Collider| {
@@ -223,10 +254,8 @@ fn box_around(body: &Body) -> [Point3<f64>; 8] {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Isometry3;
-
     use super::*;
-    use crate::example::morphology;
+    use crate::example::{MODEL, morphology};
 
     /// The slider reaches from -0.55 to 0.6 along y, 0.2 to either side, and from 0 to 0.3 upwards.
     #[test]
@@ -247,6 +276,33 @@ mod tests {
         let expected = 0.9 * sheet.pixels_per_m;
         assert!((inked as f64 - expected).abs() < 6.0, "{inked}, {expected}");
         assert_eq!(picture.png().unwrap(), three_sides(&morphology).unwrap().png().unwrap());
+    }
+
+    /// As most robots in other formats are: looking along +x, around the origin, with a start on the
+    /// ground. One that starts with a fall is where it's drawn.
+    #[test]
+    fn it_stands_on_the_ground_and_looks_along_y_however_it_is_drawn() {
+        let start =
+            |z: f64| format!("name = \"Slider\"\nstart = {{ position_m = [0.0, 0.0, {z}] }}");
+        let turned = [
+            ("name = \"Slider\"", start(0.3)),
+            ("[0.0, 0.0, 0.2]", "[0.0, 0.0, -0.1]\nrotation_deg = [0.0, 0.0, -90.0]".into()),
+            ("[0.0, 0.5, 0.1]", "[0.5, 0.0, -0.2]\nrotation_deg = [0.0, 0.0, -90.0]".into()),
+            ("[0.0, -0.5, 0.1]", "[-0.5, 0.0, -0.2]\nrotation_deg = [0.0, 0.0, -90.0]".into()),
+        ];
+        let falling = [("name = \"Slider\"", start(0.3))];
+        for changes in [&turned[..], &falling] {
+            let text = changes.iter().fold(MODEL.to_owned(), |text, (from, to)| {
+                assert!(text.contains(from));
+                text.replace(from, to)
+            });
+            let model = Morphology::parse("slider.toml", &text).unwrap();
+            for (body, expected) in placed(&model).iter().zip(morphology().bodies()) {
+                let off = body.pose.inverse() * expected.pose;
+                assert!(off.translation.vector.norm() < 1e-12, "{}: {off}", body.name);
+                assert!(off.rotation.angle() < 1e-7, "{}: {off}", body.name);
+            }
+        }
     }
 
     #[test]

@@ -18,7 +18,7 @@ use super::{Outcome, print_line, subject::Subject};
 use crate::{
     catalogue::Catalogue,
     cli::{Replay, Size},
-    clips,
+    clips, models,
     progress::Counter,
     rollout::record,
 };
@@ -66,7 +66,7 @@ fn model(what: &Path) -> anyhow::Result<Morphology> {
     if what.is_dir() {
         return Ok(recorded(what)?.morphology().clone());
     }
-    Ok(Morphology::open(what)?)
+    Ok(models::open_model(what)?)
 }
 
 fn film<'a>(clip: &'a Clip, arguments: &Replay, size: Size, hz: f64) -> Film<'a> {

@@ -11,13 +11,12 @@ use std::{
 };
 
 use anyhow::{Context, bail};
-use svenja::Morphology;
 
 use super::{Outcome, open, print, train::default_folder};
 use crate::{
     cli::Slurm,
     experiment::Plan,
-    policies,
+    models, policies,
     session::{Session, Solver, recorded_layout},
     training::check_files,
 };
@@ -111,7 +110,7 @@ fn written(options: &[String], command: &str) -> String {
 fn memory_mib(plan: &Plan, worlds: usize) -> anyhow::Result<usize> {
     let cell = plan.cells().first().context("no cells")?;
     let experiment = &cell.experiment;
-    let morphology = Morphology::open(Path::new(&experiment.model))?;
+    let morphology = models::open(experiment)?;
     let initial = experiment.initial().map(policies::open).transpose()?;
     let mut session = Session::build(experiment, &morphology, initial.as_deref(), cell.seed)?;
     let state: usize = session.save()?.values().map(Vec::len).sum();

@@ -12,7 +12,7 @@ use svenja::Morphology;
 
 use crate::{
     catalogue::{Catalogue, RunCell, identified},
-    experiment::{Cell, Experiment, Plan, absolute, policy_names},
+    experiment::{Cell, Experiment, Plan, RobotSettings, absolute, policy_names},
     models, policies,
     session::{self, Session},
 };
@@ -186,21 +186,18 @@ impl Files {
     /// Reads them, and finds all problems at once.
     fn of(plan: &Plan) -> anyhow::Result<Self> {
         let (mut files, mut problems) = (Self::default(), BTreeSet::new());
+        for (path, robots) in robots(plan) {
+            match copied(path, &robots) {
+                Ok(file) => files.models.push(file),
+                Err(found) => problems.extend(Vec::from(found)),
+            }
+        }
         let names = policy_names(plan.cells().iter().filter_map(|cell| cell.experiment.initial()));
-        let (mut known, mut robots) = (BTreeSet::new(), BTreeSet::new());
-        for Cell { experiment, .. } in plan.cells() {
-            if robots.insert(models::key(experiment)) {
-                problems.extend(models::open(experiment).err().map(Vec::from).unwrap_or_default());
-            }
-            if known.insert(experiment.model.as_str()) && problems.is_empty() {
-                match copied(&experiment.model) {
-                    Ok(file) => files.models.push(file),
-                    Err(found) => problems.extend(Vec::from(found)),
-                }
-            }
-            let Some(path) = experiment.initial().filter(|path| known.insert(path)) else {
+        let mut known = BTreeSet::new();
+        for path in plan.cells().iter().filter_map(|cell| cell.experiment.initial()) {
+            if !known.insert(path) {
                 continue;
-            };
+            }
             match policies::open(path) {
                 Ok(bytes) => {
                     let name = format!("{}.safetensors", names[path]);
@@ -244,8 +241,24 @@ impl Files {
     }
 }
 
-fn copied(path: &str) -> Result<InputFile, Problems> {
-    let bytes = models::copied(Path::new(path))?.into_bytes();
+/// The model files that a plan names, each with the different robots that are made of it, in the order
+/// of the cells.
+fn robots(plan: &Plan) -> Vec<(&str, Vec<&RobotSettings>)> {
+    let (mut robots, mut known) = (Vec::<(&str, Vec<_>)>::new(), BTreeSet::new());
+    for Cell { experiment, .. } in plan.cells() {
+        if !known.insert(models::key(experiment)) {
+            continue;
+        }
+        match robots.iter_mut().find(|(path, _)| *path == experiment.model) {
+            Some((_, robots)) => robots.push(&experiment.robot),
+            None => robots.push((&experiment.model, vec![&experiment.robot])),
+        }
+    }
+    robots
+}
+
+fn copied(path: &str, robots: &[&RobotSettings]) -> Result<InputFile, Problems> {
+    let bytes = models::copied(Path::new(path), robots)?.into_bytes();
     // Stems differ, or cells would share a folder.
     let stem = Path::new(path).file_stem().unwrap_or_default().to_string_lossy();
     Ok(InputFile { path: path.into(), name: format!("{stem}.toml"), bytes })
