@@ -27,7 +27,7 @@ def actions(n_steps: int, *shape: int, seed: int = 1) -> np.ndarray:
     [(SVENJA, {}), (ROOT / "models/quadruped.toml", REACH), (WORM, {"control": {"settle_steps": 0}})],
 )
 def test_gymnasium_finds_nothing_wrong(model, settings):
-    check_env(Env(model, settings=settings))
+    check_env(Env(model, settings=settings), skip_render_check=True)  # it has none
     made = gymnasium.make("itarl/Robot-v0", model=model, settings=settings, max_episode_steps=5)
     check_env(made.unwrapped)
     made.reset()
@@ -120,7 +120,7 @@ def test_the_seed_is_that_of_the_task():
 
     def rewards(seed: int) -> list[float]:
         env.reset(seed=seed)
-        return [env.step(it)[1] for it in targets]
+        return [env.step(it)[4]["extrinsic_raw"] for it in targets]
 
     assert rewards(1) == rewards(1) != rewards(2)
 
@@ -198,26 +198,20 @@ def test_mistakes_say_what_was_expected_and_found(tmp_path):
 
 def test_other_threads_run_meanwhile_and_are_told():
     """Stepping lets go of the interpreter: another thread comes in between, and is refused."""
-    vector = VectorEnv(SVENJA, num_envs=64)
+    vector = VectorEnv(SVENJA, num_envs=16)
     vector.reset(seed=1)
-    still, is_refused = np.zeros(vector.action_space.shape), threading.Event()
+    still, told = np.zeros(vector.action_space.shape), []
 
     def step():
-        while not is_refused.is_set():
-            vector.step(still)
+        while not told:
+            try:
+                vector.step(still)
+            except RuntimeError as error:
+                told.append(str(error))
 
     thread = threading.Thread(target=step)
     thread.start()
-    try:
-        while not is_refused.is_set():
-            try:
-                vector.close()
-                is_refused.set()
-            except RuntimeError as error:
-                assert str(error) == "the environment is used by another thread just now"
-                is_refused.set()
-    finally:
-        is_refused.set()
-        thread.join()
-    assert not vector.closed
+    step()
+    thread.join()
+    assert set(told) == {"the environment is used by another thread just now"}
     vector.step(still)
