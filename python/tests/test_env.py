@@ -116,7 +116,7 @@ def test_many_worlds_have_the_bits_of_single_ones(settings):
 
 def test_the_seed_is_that_of_the_task():
     env = Env(ROOT / "models/quadruped.toml", settings=REACH)
-    targets = actions(3, 8)
+    targets = actions(3, *env.action_space.shape)
 
     def rewards(seed: int) -> list[float]:
         env.reset(seed=seed)
