@@ -14,7 +14,8 @@ ASAN_SEQUENCES ?= 5000
 VALGRIND_SEQUENCES ?= 1500
 
 .PHONY: help demo test docs crash-test import-oracles workers-test cluster-test examples-test dist dist-test deb \
-  lockstep-test verify-lockstep lint bench bench-mujoco asan valgrind contact-sheet three setup
+  lockstep-test verify-lockstep lint bench bench-mujoco bench-pybullet python-test notebook asan valgrind \
+  contact-sheet three setup
 
 help:
 	@echo "make demo      train Svenja for some minutes, and show what came out"
@@ -34,6 +35,9 @@ help:
 	@echo "make lint      formatting and clippy, as strict as CI"
 	@echo "make bench     what things cost, beside plain code that does the same"
 	@echo "make bench-mujoco  a physics step of Svenja beside MuJoCo's"
+	@echo "make bench-pybullet  steps a second of Svenja beside PyBullet's"
+	@echo "make python-test  the package for Python: built, installed and tested"
+	@echo "make notebook  docs/notebook.ipynb, executed anew"
 	@echo "make asan      fuzzing with the C++ shim under AddressSanitizer"
 	@echo "make valgrind  the bullet crate's tests under valgrind"
 	@echo "make three     bundle three.js for the viewer again (needs npm)"
@@ -145,6 +149,29 @@ bench-mujoco: setup
 	test -x target/mujoco/bin/python || python3 -m venv target/mujoco
 	target/mujoco/bin/pip install -q mujoco
 	target/mujoco/bin/python crates/svenja/benches/mj_step.py models/svenja.toml target/release/itarl
+
+# The package for Python, built by pip where the workspace is built, so that they share what both need,
+# and installed into an environment below target/.
+PYTHON := target/python
+PIP_INSTALL = test -x $(PYTHON)/bin/pip || python3 -m venv $(PYTHON); \
+	CARGO_TARGET_DIR=$(CURDIR)/target $(PYTHON)/bin/pip install --quiet
+
+python-test: PACKAGES += python3-venv
+python-test: setup
+	cargo build --bin itarl
+	$(PIP_INSTALL) --config-settings build-args="--profile dev" './python[test]'
+	cd python && ../$(PYTHON)/bin/python -m pytest -q
+
+bench-pybullet: PACKAGES += python3-venv
+bench-pybullet: setup
+	$(PIP_INSTALL) pybullet './python[test]'
+	$(PYTHON)/bin/python python/benches/pybullet_step.py models/svenja.toml
+
+# The run that it reads is one of experiments/results, so that it takes seconds.
+notebook: PACKAGES += python3-venv
+notebook: setup
+	$(PIP_INSTALL) nbconvert ipykernel matplotlib './python[test]'
+	$(PYTHON)/bin/python -m jupyter nbconvert --to notebook --inplace --execute docs/notebook.ipynb
 
 # --target keeps the flags away from build scripts; the library must be the first one loaded.
 SANITIZED = CARGO_TARGET_DIR=target/asan UBSAN_OPTIONS=print_stacktrace=1 \

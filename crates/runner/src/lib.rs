@@ -5,6 +5,7 @@
 //! | [`experiment`] | experiment files: all settings of a cell, the sweep over some of them |
 //! | [`session`] | one cell at work: robot, policy, reward, gradient, step by step |
 //! | [`training`] | many cells over threads and lanes, with checkpoints, until done or stopped |
+//! | [`models`] | the robots of experiments |
 //! | [`catalogue`] | a run's folder with what it's made of: where training and reading begin |
 //! | [`merge`] | run folders put together |
 //! | [`rollout`], [`gait`] | a policy or a gait without learning |
@@ -26,6 +27,7 @@ pub mod experiment;
 pub mod gait;
 pub mod landscape;
 pub mod merge;
+pub mod models;
 pub mod progress;
 pub mod publish;
 pub mod report;
@@ -33,5 +35,4 @@ pub mod rollout;
 pub mod session;
 pub mod training;
 
-mod models;
 mod policies;

@@ -70,7 +70,7 @@ fn with(text: &str, meshes: &str) -> String {
 ///
 /// # Errors
 /// All that is wrong with its file, or with what the experiment changes of it.
-pub(crate) fn open(experiment: &Experiment) -> Result<Morphology, Problems> {
+pub fn open(experiment: &Experiment) -> Result<Morphology, Problems> {
     let path = Path::new(&experiment.model);
     changed(path, &text(path)?, &experiment.robot)
 }

@@ -2,10 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use config::Document;
 use policy::Policy;
-use runs::atomic;
 use svenja::Morphology;
 
 use crate::{
@@ -14,7 +13,7 @@ use crate::{
     gait::Gait,
     models,
     rollout::Driver,
-    session::build_policy,
+    session::learned_policy,
     training::this_bullet,
 };
 
@@ -60,13 +59,7 @@ impl Subject {
 
     /// The policy whose parameters a cell has exported.
     pub(super) fn learned(&self, path: &Path) -> anyhow::Result<Box<dyn Policy>> {
-        let name = || path.display().to_string();
-        let bytes = atomic::read(path)?
-            .with_context(|| format!("{}: there's none before the first checkpoint", name()))?;
-        let mut policy = build_policy(&self.experiment, &self.morphology, 0)?;
-        let parameters = policy.read_safetensors(&bytes).with_context(name)?;
-        policy.set_parameters(&parameters).with_context(name)?;
-        Ok(policy)
+        learned_policy(&self.experiment, &self.morphology, path)
     }
 }
 

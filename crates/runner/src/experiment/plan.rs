@@ -57,7 +57,23 @@ impl Plan {
     /// # Errors
     /// All that is wrong with the file and the overrides, each with its place.
     pub fn open(path: &Path, overrides: &[String]) -> Result<Self, Problems> {
-        let mut document = Document::open(path)?;
+        Self::changed(Document::open(path)?, path, overrides)
+    }
+
+    /// The paper's settings with a robot, with overrides as of [`Plan::open`].
+    ///
+    /// # Errors
+    /// All that is wrong with the overrides. The robot's file isn't opened.
+    pub fn of_model(model: &Path, overrides: &[String]) -> Result<Self, Problems> {
+        let text = format!("model = {}", toml::Value::String(files::absolute(model)));
+        Self::changed(Document::parse("defaults", &text)?, Path::new(""), overrides)
+    }
+
+    fn changed(
+        mut document: Document,
+        path: &Path,
+        overrides: &[String],
+    ) -> Result<Self, Problems> {
         let mut problems = Vec::new();
         for assignment in overrides {
             if let Err(found) = document.set("--set", assignment) {

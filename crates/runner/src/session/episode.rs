@@ -84,6 +84,23 @@ impl Episode {
         Ok(episode)
     }
 
+    /// The robot where one like it has settled, of which there is a snapshot: what it would be after
+    /// settling itself, to the last bit.
+    pub(super) fn settled(
+        experiment: &Experiment,
+        morphology: &Morphology,
+        seed: u64,
+        world: &[u8],
+    ) -> anyhow::Result<Self> {
+        let mut episode = Self::new(experiment, morphology, seed)?;
+        if episode.is_settling() {
+            episode.body.restore(world)?;
+            episode.settling.1 = episode.settling.0;
+            episode.begin()?;
+        }
+        Ok(episode)
+    }
+
     /// Whether the robot has yet to come to rest before the first control step.
     #[must_use]
     pub fn is_settling(&self) -> bool {
@@ -255,8 +272,9 @@ fn refill<T>(buffer: &mut Vec<T>, values: impl Iterator<Item = T>) {
     buffer.extend(values);
 }
 
-/// What the codec is made for.
-fn codec_shape(experiment: &Experiment, morphology: &Morphology) -> CodecShape {
+/// What the codec of an experiment is made for.
+#[must_use]
+pub fn codec_shape(experiment: &Experiment, morphology: &Morphology) -> CodecShape {
     CodecShape {
         sensor_bits: experiment.codec.sensor_bits,
         actuator_bits: experiment.codec.actuator_bits,

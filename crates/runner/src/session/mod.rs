@@ -14,6 +14,7 @@ mod solver;
 mod state;
 mod structure;
 mod update_sums;
+mod worlds;
 
 use std::time::Duration;
 
@@ -23,11 +24,12 @@ use svenja::Morphology;
 
 pub use body::Body;
 pub use codec::{Codec, CodecShape};
-pub use episode::{Episode, Evaluation, recorded_layout, simulate};
+pub use episode::{Episode, Evaluation, codec_shape, recorded_layout, simulate};
 pub use error::Error;
 pub use perturbation::Perturbation;
 pub use solver::Solver;
-pub use structure::build_policy;
+pub use structure::{build_policy, learned_policy};
+pub use worlds::{MOST_WORLDS, Stepped, Worlds};
 
 use runs::{Recording, Ring, Row};
 

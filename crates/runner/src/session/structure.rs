@@ -1,7 +1,11 @@
 //! What a policy is told of a robot, and the policy that an experiment makes of it.
 
+use std::path::Path;
+
+use anyhow::Context;
 use nalgebra::Vector3;
 use policy::{Group, Policy, Structure, beside};
+use runs::atomic;
 use svenja::Morphology;
 
 use super::{Error, episode::robot_layout};
@@ -19,6 +23,24 @@ pub fn build_policy(
     seed: u64,
 ) -> Result<Box<dyn Policy>, Error> {
     Ok(experiment.policy.build(&structure(experiment, morphology), seed)?)
+}
+
+/// The policy whose parameters a cell has exported to a file, for any random numbers.
+///
+/// # Errors
+/// As [`build_policy`]; a file that isn't there, is damaged, or is another policy's.
+pub fn learned_policy(
+    experiment: &Experiment,
+    morphology: &Morphology,
+    path: &Path,
+) -> anyhow::Result<Box<dyn Policy>> {
+    let name = || path.display().to_string();
+    let bytes = atomic::read(path)?
+        .with_context(|| format!("{}: there's none before the first checkpoint", name()))?;
+    let mut policy = build_policy(experiment, morphology, 0)?;
+    let parameters = policy.read_safetensors(&bytes).with_context(name)?;
+    policy.set_parameters(&parameters).with_context(name)?;
+    Ok(policy)
 }
 
 /// Sets the parameters at the beginning to those of the bytes of a file at `path`.
