@@ -13,7 +13,7 @@ ESBUILD := esbuild@0.28.2
 ASAN_SEQUENCES ?= 5000
 VALGRIND_SEQUENCES ?= 1500
 
-.PHONY: help demo test docs crash-test import-oracles workers-test cluster-test examples-test dist dist-test \
+.PHONY: help demo test docs man crash-test import-oracles workers-test cluster-test examples-test dist dist-test \
   lockstep-test verify-lockstep lint bench bench-mujoco asan valgrind three setup
 
 help:
@@ -81,6 +81,11 @@ ARCHIVE = target/dist/itarl-$(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.to
 dist: setup
 	cargo build --release --bin itarl
 	dist/pack.sh target/release/itarl $(ARCHIVE)
+
+# Manual pages, for the Debian package.
+man: setup
+	cargo build --release --bin itarl
+	target/release/itarl man --out target/man
 
 # Debian 11 has glibc 2.31, from 2020.
 OLDER := target/dist/bullseye

@@ -47,6 +47,9 @@ cargo tree --package runner --edges normal --prefix none --format '{p}	{l}' --no
     done
   done >"$root/licences/rust-crates"
 
+mkdir -p "$root/share/man/man1"
+"$program" man --out "$root/share/man/man1" >/dev/null
+
 cp dist/README "$root/README"
 cp -r experiments models "$root/"
 find "$root" -type d -exec chmod 755 {} +
