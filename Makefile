@@ -13,7 +13,7 @@ ESBUILD := esbuild@0.28.2
 ASAN_SEQUENCES ?= 5000
 VALGRIND_SEQUENCES ?= 1500
 
-.PHONY: help demo test docs crash-test import-oracles workers-test cluster-test examples-test dist dist-test deb \
+.PHONY: help demo test docs man crash-test import-oracles workers-test cluster-test examples-test dist dist-test deb \
   lockstep-test verify-lockstep lint bench bench-mujoco bench-pybullet python-test notebook asan valgrind \
   contact-sheet three setup
 
@@ -88,6 +88,11 @@ dist: setup
 	cargo build --release --bin itarl
 	dist/pack.sh target/release/itarl $(ARCHIVE)
 
+# Manual pages, for the Debian package.
+man: setup
+	cargo build --release --bin itarl
+	target/release/itarl man --out target/man
+
 # Debian 11 has glibc 2.31, from 2020.
 OLDER := target/dist/bullseye
 dist-test: PACKAGES += debootstrap
@@ -96,7 +101,7 @@ dist-test: dist
 	dist/test.sh target/release/itarl $(ARCHIVE) $(OLDER)
 
 # For the Debian that it's built on, whose Bullet it needs.
-deb: setup
+deb: man
 	command -v cargo-deb >/dev/null || cargo install --locked cargo-deb
 	dist/licences.sh target/licences
 	cargo deb --package runner --locked --strip

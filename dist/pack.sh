@@ -34,6 +34,9 @@ done | sort -u >"$root/licences/debian-packages"
 
 dist/licences.sh "$root/licences"
 
+mkdir -p "$root/share/man/man1"
+"$program" man --out "$root/share/man/man1" >/dev/null
+
 cp dist/README "$root/README"
 cp -r experiments models "$root/"
 find "$root" -type d -exec chmod 755 {} +

@@ -13,7 +13,7 @@ use std::{
 use common::*;
 use tempfile::TempDir;
 
-const COMMANDS: [&[&str]; 20] = [
+const COMMANDS: [&[&str]; 22] = [
     &["train"],
     &["resume"],
     &["cell"],
@@ -23,6 +23,7 @@ const COMMANDS: [&[&str]; 20] = [
     &["summary"],
     &["plot"],
     &["findings"],
+    &["check"],
     &["publish"],
     &["config"],
     &["report"],
@@ -33,6 +34,7 @@ const COMMANDS: [&[&str]; 20] = [
     &["model", "import"],
     &["bench"],
     &["landscape"],
+    &["man"],
     &["completions"],
 ];
 

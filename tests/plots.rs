@@ -18,7 +18,8 @@ use tempfile::TempDir;
 
 /// A sweep of one setting, `xi=1`.
 const XI_1: &str = "\"reward.mix.xi\" = [1]";
-const TABLES: [&str; 4] = ["correlation", "improvement", "instances", "settings"];
+const TABLES: [&str; 6] =
+    ["correlation", "efficiency", "improvement", "instances", "profile", "settings"];
 
 fn folder() -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();

@@ -88,6 +88,7 @@
 
 #![forbid(unsafe_code)]
 
+mod entropy;
 mod error;
 mod exact;
 mod file;

@@ -2,6 +2,7 @@
 
 use crate::{
     ChainRng, Error, Instructions, Layout,
+    entropy::Entropy,
     error::{check_length, check_room},
     gibbs::{Bits, Conditionals, Sample, TOGETHER},
     score::{Expect, Statistics},
@@ -42,6 +43,8 @@ pub struct Policy {
     output_weights: Columns,
     /// c, `[n_hidden]`.
     hidden_biases: Vec<f64>,
+    /// b, `[n_outputs]`.
+    output_biases: Vec<f64>,
     /// c + V x of the last input, `[n_hidden]`.
     given_input: Vec<f64>,
     conditionals: Conditionals,
@@ -74,6 +77,7 @@ impl Policy {
             input_weights: Columns::new(layout.input_mask()),
             output_weights: Columns::new(layout.output_mask()),
             hidden_biases: vec![0.0; m],
+            output_biases: vec![0.0; n],
             given_input: vec![0.0; m],
             conditionals,
             hidden: Bits::new(m, TOGETHER),
@@ -140,6 +144,7 @@ impl Policy {
         self.conditionals.hidden.pack(output_weights);
         self.conditionals.outputs.pack(output_weights);
         let biases = &parameters[layout.output_biases()];
+        self.output_biases.copy_from_slice(biases);
         for (to, bias) in self.conditionals.output_biases.iter_mut().zip(biases) {
             *to = negative_bits(*bias);
         }
@@ -219,6 +224,29 @@ impl Policy {
         Ok(())
     }
 
+    /// About how uncertain the bits of an action were, given the last input x: the mean of their entropies,
+    /// 0 to log 2 nats, by p(y_i | x, h) with the hidden units at their means given this y. Nothing is drawn.
+    ///
+    /// # Errors
+    /// If the length of `y` is wrong.
+    pub fn entropy_nats(&mut self, y: &[bool]) -> Result<f64, Error> {
+        check_length("Policy::entropy_nats", "y", self.layout.n_outputs(), y.len())?;
+        if self.sampling.gibbs_updates == 0 {
+            return Ok(std::f64::consts::LN_2);
+        }
+        let mut entropy = 0.0;
+        self.detected.run(Entropy {
+            output_weights: &self.output_weights,
+            hidden_biases: &self.given_input,
+            output_biases: &self.output_biases,
+            action: y,
+            hidden: &mut self.statistics.action,
+            on: &mut self.statistics.on,
+            to: &mut entropy,
+        });
+        Ok(entropy)
+    }
+
     /// From the samples of the last [`run_chains`](Self::run_chains), for the same x.
     fn write_score(&mut self, x: &[bool], y: &[bool], score: &mut [f64]) {
         self.detected.run(Expect {
@@ -271,7 +299,7 @@ fn lane_groups(sampling: Sampling) -> usize {
 /// What a policy allocates.
 fn bytes(layout: &Layout, sampling: Sampling) -> usize {
     let (m, n) = (layout.n_hidden(), layout.n_outputs());
-    let biases = size_of::<f64>() * (2 * m + n) + size_of::<f32>() * (m + n);
+    let biases = size_of::<f64>() * (2 * m + 2 * n) + size_of::<f32>() * (m + n);
     let bits = Bits::bytes(m, TOGETHER) + Bits::bytes(n, lane_groups(sampling));
     let columns = Columns::bytes(layout.input_mask()) + Columns::bytes(layout.output_mask());
     Tables::bytes(layout.output_mask()) + columns + biases + bits + Statistics::bytes(layout)
@@ -282,6 +310,46 @@ fn bytes(layout: &Layout, sampling: Sampling) -> usize {
 mod tests {
     use super::*;
     use crate::Mask;
+
+    /// The definition, with plain loops, of machines with and without a mask.
+    #[test]
+    fn entropy_is_of_the_bits_given_the_hidden_units_means() {
+        let blocks = Mask::blocks(3, &[0, 0, 1, 1, 1]).unwrap();
+        let masked = Layout::new(Mask::full(6, 4).unwrap(), blocks).unwrap();
+        for layout in [Layout::full(4, 7, 5).unwrap(), masked] {
+            let n = layout.n_parameters();
+            let parameters: Vec<f64> =
+                (0..n).map(|i| ((i * 37 % 23) as f64 - 11.0) * 0.2).collect();
+            let mut policy = Policy::new(layout.clone(), Sampling::default(), &parameters).unwrap();
+            let (x, mut y) = ([true, false, true, true], [false; 5]);
+            let mut rng = policy.rng(1, "entropy");
+            for _ in 0..20 {
+                policy.act(&x, &mut rng, &mut y).unwrap();
+                let at =
+                    |place: Option<usize>, on: f64| place.map_or(0.0, |it| parameters[it] * on);
+                let sigmoid = |a: f64| 1.0 / (1.0 + libm::exp(-a));
+                let bit = |on: bool| f64::from(u8::from(on));
+                let hidden = |j: usize| {
+                    let v = (0..4).map(|k| at(layout.input_weight(j, k), bit(x[k])));
+                    let w = (0..5).map(|i| at(layout.output_weight(j, i), bit(y[i])));
+                    sigmoid(parameters[layout.hidden_biases().start + j] + v.chain(w).sum::<f64>())
+                };
+                let entropy = |i: usize| {
+                    let w =
+                        (0..layout.n_hidden()).map(|j| at(layout.output_weight(j, i), hidden(j)));
+                    let p = sigmoid(parameters[layout.output_biases().start + i] + w.sum::<f64>());
+                    -p * libm::log(p) - (1.0 - p) * libm::log(1.0 - p)
+                };
+                let expected = (0..5).map(entropy).sum::<f64>() / 5.0;
+                let found = policy.entropy_nats(&y).unwrap();
+                assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+                for instructions in Instructions::available() {
+                    policy.set_instructions(instructions).unwrap();
+                    assert_eq!(policy.entropy_nats(&y).unwrap(), found, "{instructions:?}");
+                }
+            }
+        }
+    }
 
     /// No less than it takes, so that what was let in isn't refused later by the system, and not so
     /// much more that what fits is refused.

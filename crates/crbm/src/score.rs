@@ -20,7 +20,7 @@ use crate::{
 #[derive(Clone, Debug)]
 pub(crate) struct Statistics {
     /// E[h|x,y] of the action, `[n_hidden]`.
-    action: Vec<f64>,
+    pub(crate) action: Vec<f64>,
     /// Sum of E[h|x,y'] over the samples, `[n_hidden]`.
     hidden: Vec<f64>,
     /// Sum of y', `[n_outputs]`.
@@ -30,7 +30,7 @@ pub(crate) struct Statistics {
     /// E[h|x,y'] of one sample, `[n_hidden]`.
     sample: Vec<f64>,
     /// The outputs that are on in a chain, and room for one more write.
-    on: Vec<usize>,
+    pub(crate) on: Vec<usize>,
 }
 
 impl Statistics {
@@ -105,8 +105,7 @@ impl Kernel for Expect<'_> {
         for sum in [&mut *hidden, &mut *outputs, &mut *products] {
             sum.fill(0.0);
         }
-        let n_on = list_on(self.action.iter().map(|on| u32::from(*on)), 1, on);
-        expect(self.output_weights, self.biases, &on[..n_on], action);
+        expect_action(self.output_weights, self.biases, self.action, (on, action));
 
         let m = hidden.len();
         for chain in 1..=self.n_samples {
@@ -135,6 +134,18 @@ fn list_on(words: impl Iterator<Item = u32>, bits_in_each: usize, on: &mut [usiz
         }
     }
     n_on
+}
+
+/// E[h|x,y] of an action, given c + V x; with room for which of its outputs are on.
+#[inline(always)]
+pub(crate) fn expect_action(
+    output_weights: &Columns,
+    biases: &[f64],
+    action: &[bool],
+    (on, to): (&mut [usize], &mut [f64]),
+) {
+    let n_on = list_on(action.iter().map(|on| u32::from(*on)), 1, on);
+    expect(output_weights, biases, &on[..n_on], to);
 }
 
 /// E[h|x,y], given c + V x and the outputs that are on.

@@ -138,6 +138,26 @@ impl Columns {
     }
 }
 
+impl Columns {
+    /// A column's sum with hidden units in place of their activations, `[n_hidden]`: in four parts, which
+    /// fill a register, whatever the processor.
+    #[inline(always)]
+    pub(crate) fn weighted(&self, unit: usize, hidden: &[f64]) -> f64 {
+        let range = self.range(unit);
+        let column = &self.values[unit * self.n_hidden..][range.clone()];
+        let (weights, last_weights) = column.as_chunks::<4>();
+        let (units, last_units) = hidden[range].as_chunks::<4>();
+        let mut sums = [0.0; 4];
+        for (weights, units) in weights.iter().zip(units) {
+            for (sum, (weight, unit)) in sums.iter_mut().zip(weights.iter().zip(units)) {
+                *sum += weight * unit;
+            }
+        }
+        let last = last_weights.iter().zip(last_units).map(|(weight, unit)| weight * unit);
+        sums.iter().sum::<f64>() + last.sum::<f64>()
+    }
+}
+
 /// For [`Tables::new`]: what each hidden unit sees of the outputs, and each output of the hidden
 /// units, with the weights' places.
 pub(crate) fn incoming(mask: &Mask) -> [Vec<Vec<(usize, usize)>>; 2] {

@@ -77,9 +77,24 @@ impl Axis {
         Self { exponent, decimals: 0, ..Self::new(0.0..n as f64, n_ticks) }
     }
 
+    /// From 0 to a number of things that may be millions, on an axis of so many px.
+    pub(super) fn counts(n: f64, width: f64) -> Self {
+        let exponent = [6, 3].into_iter().find(|&it| n >= 10_f64.powi(it + 1)).unwrap_or(0);
+        Self { exponent, decimals: 0, ..Self::new(0.0..n, (width / 52.0) as usize) }
+    }
+
     /// What the numbers of [`Axis::updates`] are.
     pub(super) fn updates_label(&self) -> &'static str {
         if self.exponent == 0 { "updates" } else { "updates / 1000" }
+    }
+
+    /// What the numbers of [`Axis::counts`] are.
+    pub(super) fn counts_label(&self, things: &str) -> String {
+        match self.exponent {
+            0 => things.into(),
+            3 => format!("{things} / 1000"),
+            _ => format!("{things} / 1,000,000"),
+        }
     }
 
     /// The ticks with their numbers.

@@ -13,7 +13,7 @@ use super::{
         Area, BLUE, GREEN, GREY, INK, NORMAL, PAGE, PURPLE, Rect, SMALL, VERMILLION, font, line,
         notes_height, paint, setting_line, stroke, wrap, write, write_notes, write_y_label,
     },
-    curves::{window_for, window_means},
+    curves::{smoothed, window_for},
     numbers::capitalised,
     outcome::choice,
     statistics::mean,
@@ -56,10 +56,13 @@ struct Highlight {
 fn draw(run: &Results, options: &Options) -> Result<Drawing, Error> {
     let settings = chosen(run, options)?;
     let n_curves: usize = settings.iter().map(|setting| setting.cells.len()).sum();
-    let w = window_for(run.longest_rows(), POINTS.min(ALL_POINTS / n_curves.max(1)).max(30));
-    let curve = |cell: &CellResults| window_means(&cell.performance, w, run.every);
-    let curves: Vec<Vec<_>> =
-        settings.iter().map(|setting| setting.cells.iter().map(curve).collect()).collect();
+    let most_points = POINTS.min(ALL_POINTS / n_curves.max(1)).max(30);
+    let w = run.updates(|longest| window_for(longest, most_points));
+    let of_setting = |setting: &&Setting| -> Vec<_> {
+        let of_cell = |it: &CellResults| smoothed(setting, &it.performance, w);
+        setting.cells.iter().map(of_cell).collect()
+    };
+    let curves: Vec<Vec<_>> = settings.iter().map(of_setting).collect();
     let y = Axis::around(curves.iter().flatten().flatten().map(|point| point[1]), 8);
 
     let n_columns = settings.len().min(2);
@@ -69,7 +72,7 @@ fn draw(run: &Results, options: &Options) -> Result<Drawing, Error> {
     let lines = |setting: &&Setting| wrap(&setting_line(&setting.name), NORMAL, width).len();
     let title = settings.iter().map(lines).max().unwrap_or(1) as f64 * TITLE_LINE + 28.0;
     let band = title + FRAME_HEIGHT + BELOW + 30.0 + 4.0 * LEGEND_LINE + 10.0;
-    let notes = run.with_caveats(vec![note(run, w * run.every)]);
+    let notes = run.with_caveats(vec![note(run, w)]);
     let caption = FIGURE.caption_with(run, &notes);
     paint(&FIGURE, n_bands * band + notes_height(&notes) + 14.0, caption, |area| {
         for (i, (setting, curves)) in settings.iter().zip(&curves).enumerate() {
@@ -96,7 +99,8 @@ fn note(run: &Results, w: usize) -> String {
     format!(
         "{smoothing} Highlighted by the mean {} of windows of {} updates: the best, the median \
          and the worst last window, and the largest loss from the best window to the last.",
-        run.measure.symbol, run.window
+        run.measure.symbol,
+        run.windows()
     )
 }
 

@@ -1,5 +1,7 @@
 //! Which feet touched the ground in the last recorded control steps.
 
+use std::path::Path;
+
 use runs::Recording;
 
 /// Contact readings, step by step.
@@ -14,6 +16,14 @@ pub struct Contacts {
 }
 
 impl Contacts {
+    /// Of a cell's `replay.safetensors`; none if there's no such file.
+    ///
+    /// # Errors
+    /// A file that is damaged, or can't be read.
+    pub fn read(path: &Path) -> Result<Option<Self>, runs::Error> {
+        Ok(Recording::read(path)?.map(|it| Self::of(&it)))
+    }
+
     /// Of a recording. Contact readings come after the positions and are named as their bodies.
     pub(super) fn of(recording: &Recording) -> Self {
         let layout = &recording.layout;

@@ -5,12 +5,20 @@
 
 use runs::{COLUMNS, Row};
 
-use super::statistics::{mean, quantile, sorted};
+use super::{
+    Setting,
+    statistics::{mean, quantile, sorted},
+};
 
 /// Means over windows of w rows, one after another, each with the number of the update in its middle.
 /// A last part that is shorter is left out, but if it's all there is.
 pub(super) fn window_means(values: &[f64], w: usize, every: usize) -> Vec<[f64; 2]> {
     in_updates(sliding_means(values, w, w), every)
+}
+
+/// A column of one of a setting's cells over windows of about w updates: as many whole rows.
+pub(super) fn smoothed(setting: &Setting, values: &[f64], w: usize) -> Vec<[f64; 2]> {
+    window_means(values, setting.rows(w), setting.every)
 }
 
 /// Points at rows, at updates: counted from 1, the row r is the updates r every - every + 1 to r every.
@@ -122,6 +130,12 @@ pub(super) fn spreads(curves: &[Vec<[f64; 2]>], quantiles: [f64; 3]) -> Vec<Spre
 mod tests {
     use super::*;
 
+    /// The column of the task's own value.
+    fn task(rows: &[Row]) -> Thinned {
+        let place = COLUMNS.iter().position(|it| it.name == "task").unwrap();
+        Thinned::of(rows).swap_remove(place)
+    }
+
     #[test]
     fn windows_are_averaged_and_a_rest_is_left_out() {
         let values = [1.0, 3.0, 5.0, 7.0, 100.0];
@@ -145,7 +159,7 @@ mod tests {
         assert_eq!(window_means(&rows, 1, 10)[0], [5.5, 4.5]);
         assert_eq!(window_means(&rows, 2, 10), window_means(&values, 20, 1));
         let row = |&task: &f64| Row { task, ..Row::default() };
-        let thinned = Thinned::of(&rows.iter().map(row).collect::<Vec<_>>()).pop().unwrap();
+        let thinned = task(&rows.iter().map(row).collect::<Vec<_>>());
         assert_eq!(thinned.over(2, 10), window_means(&values, 20, 1));
         assert_eq!(thinned.constant(), None);
         assert_eq!(Thinned { window: 1, means: vec![0.1, 0.1 + 1e-17] }.constant(), Some(0.1));
@@ -173,7 +187,7 @@ mod tests {
         let thinned = |values: &[f64]| {
             let row = |&task: &f64| Row { task, ..Row::default() };
             let rows: Vec<_> = values.iter().map(row).collect();
-            Thinned::of(&rows).pop().unwrap()
+            task(&rows)
         };
         let values: Vec<_> = (0..3000).map(f64::from).collect();
         let long = thinned(&values);

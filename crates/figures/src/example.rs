@@ -37,14 +37,15 @@ pub(super) fn run_of(settings: &[(&str, Vec<Vec<f64>>)]) -> Results {
     let setting = |(name, curves): &(&str, Vec<Vec<f64>>)| Setting {
         name: (*name).into(),
         cells: curves.iter().enumerate().map(cell).collect(),
-    };
-    let mut run = Results {
-        folder: "run".into(),
-        measure: locomotion(),
-        settings: settings.iter().map(setting).collect(),
         window: 1,
         every: 1,
+        steps_per_update: 100.0,
     };
-    Outcome::evaluate(&mut run);
+    let mut run = Results {
+        folders: vec!["run".into()],
+        measure: locomotion(),
+        settings: settings.iter().map(setting).collect(),
+    };
+    Outcome::evaluate(std::slice::from_mut(&mut run));
     run
 }

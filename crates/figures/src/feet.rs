@@ -130,7 +130,7 @@ fn notes(run: &Results, shown: &[&Contacts]) -> Vec<String> {
         "Light: contact. Cells are chosen by their mean {}, in {}, over their last {} updates.",
         run.measure.symbol,
         run.measure.axis_unit(),
-        run.window
+        run.windows()
     );
     let mut notes = run.with_caveats(vec![windows]);
     // Settings may have different robots.

@@ -30,7 +30,7 @@ pub(super) const FIGURE: Figure = Figure {
         )
     },
     draw,
-    tables: |run| vec![tables::cells(run), tables::settings(run), tables::improvement(run)],
+    tables: |run| vec![tables::cells(run), tables::settings(run), tables::improvements(run)],
 };
 
 const MARGIN: f64 = 56.0;
@@ -153,15 +153,15 @@ fn note(run: &Results) -> String {
          less than a tenth of the run's largest, or not significant (Welch's t-test, 5 %). \
          Collapsed: the best window showed progress, and the last kept less than half of its gain.",
         capitalised(&run.measure.symbol),
-        run.window,
-        run.window
+        run.windows(),
+        run.windows()
     )
 }
 
 fn draw_dots(area: &Area<'_>, run: &Results, layout: &Frames) -> Result<(), Error> {
     let frame = layout.dots;
     let n = run.settings.len();
-    let iqms: Vec<_> = run.settings.iter().map(iqm).collect();
+    let iqms: Vec<_> = run.settings.iter().map(|it| iqm(&it.last())).collect();
     let ends = iqms.iter().filter_map(|iqm| iqm.interval).flat_map(|it| [it.low, it.high]);
     let values = iqms.iter().map(|iqm| iqm.value).chain(ends);
     let y = Axis::around(run.settings.iter().flat_map(Setting::last).chain(values), 8);

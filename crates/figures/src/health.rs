@@ -12,10 +12,11 @@ use super::{
     Drawing, Error, Figure, Measure, Options, Results, Setting,
     axis::{Axis, BELOW, Chart, LEFT, Panel},
     canvas::{
-        Area, GREY, INK, PAGE, Rect, SMALL, font, line, notes_height, paint, room, setting_line,
-        stroke, viridis, write, write_notes,
+        Area, GREY, INK, PAGE, Rect, SMALL, font, notes_height, paint, stroke, viridis, write,
+        write_notes,
     },
     curves::{EXTREMES, Spread, Thinned, spreads},
+    legend::Legend,
 };
 
 pub(super) const FIGURE: Figure = Figure {
@@ -39,7 +40,6 @@ const HEIGHT: f64 = 118.0;
 const GAP: f64 = 16.0;
 const TITLE: f64 = 34.0;
 const BAND: f64 = TITLE + HEIGHT + BELOW + 8.0;
-const LEGEND_LINE: f64 = 19.0;
 
 /// A column's panel.
 struct Quantity {
@@ -52,18 +52,17 @@ fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
     let w = window(run);
     let quantities = quantities(run, w);
     let n_bands = quantities.len().div_ceil(N_COLUMNS);
-    let legend = legend(&run.settings);
-    let legend_height = legend.last().map_or(0.0, |(_, y)| y + LEGEND_LINE);
-    let notes = run.with_caveats(vec![note(w * run.every)]);
+    let legend = Legend::of(&run.settings);
+    let notes = run.with_caveats(vec![note(w)]);
     let caption = FIGURE.caption_with(run, &notes);
     let bottom = n_bands as f64 * BAND + 26.0;
-    paint(&FIGURE, bottom + legend_height + notes_height(&notes) + 14.0, caption, |area| {
+    paint(&FIGURE, bottom + legend.height() + notes_height(&notes) + 14.0, caption, |area| {
         for (i, quantity) in quantities.iter().enumerate() {
             let is_last = i + N_COLUMNS >= quantities.len();
             draw_panel(area, run, quantity, (frame(i), is_last))?;
         }
-        draw_legend(area, &run.settings, &legend, bottom)?;
-        write_notes(area, bottom + legend_height + 6.0, &notes)
+        legend.draw(area, bottom)?;
+        write_notes(area, bottom + legend.height() + 6.0, &notes)
     })
 }
 
@@ -79,17 +78,26 @@ fn frame(i: usize) -> Rect {
     }
 }
 
-/// The window of all curves, in rows: a power of two that isn't below that of any column.
+/// The window of all curves, in updates.
 fn window(run: &Results) -> usize {
     let most_points = POINTS.min(ALL_POINTS / run.settings.len()).max(16);
-    let kept = run.cells().flat_map(|it| &it.columns).map(Thinned::window).max().unwrap_or(1);
-    run.longest_rows().div_ceil(most_points).next_power_of_two().max(kept)
+    let kept = |setting: &Setting| kept(setting) * setting.every;
+    let kept = run.settings.iter().map(kept).max().unwrap_or(1);
+    run.updates(|longest| longest.div_ceil(most_points).next_power_of_two()).max(kept)
+}
+
+/// Rows of the longest windows that a setting's columns are kept in.
+fn kept(setting: &Setting) -> usize {
+    let columns = setting.cells.iter().flat_map(|it| &it.columns);
+    columns.map(Thinned::window).max().unwrap_or(1)
 }
 
 /// What the other figures don't show, where anything is known of it.
 fn quantities(run: &Results, w: usize) -> Vec<Quantity> {
     let spread = |place: usize, setting: &Setting| {
-        let curves = setting.cells.iter().map(|it| it.columns[place].over(w, run.every));
+        // A power of two that isn't above w, nor below that of any column.
+        let rows = (1 << setting.rows(w).ilog2()).max(kept(setting));
+        let curves = setting.cells.iter().map(|it| it.columns[place].over(rows, setting.every));
         spreads(&curves.collect::<Vec<_>>(), EXTREMES)
     };
     let quantity = |(place, column): (usize, &'static Column)| Quantity {
@@ -167,35 +175,6 @@ fn draw_curve(chart: &mut Chart<'_, '_>, curve: &[Spread], color: RGBColor) -> R
     Ok(())
 }
 
-/// Where each setting's entry is, from the legend's upper left corner.
-fn legend(settings: &[Setting]) -> Vec<(f64, f64)> {
-    let (mut x, mut y) = (10.0, 0.0);
-    let place = |setting: &Setting| {
-        let width = 34.0 + room(&setting_line(&setting.name), SMALL) + 22.0;
-        if x > 10.0 && x + width > PAGE {
-            (x, y) = (10.0, y + LEGEND_LINE);
-        }
-        let at = (x, y);
-        x += width;
-        at
-    };
-    settings.iter().map(place).collect()
-}
-
-fn draw_legend(
-    area: &Area<'_>,
-    settings: &[Setting],
-    places: &[(f64, f64)],
-    top: f64,
-) -> Result<(), Error> {
-    for (i, (setting, (x, y))) in settings.iter().zip(places).enumerate() {
-        let y = top + y;
-        line(area, &[(*x, y), (x + 28.0, y)], stroke(viridis(i, settings.len()), 2.5))?;
-        write(area, &setting_line(&setting.name), (x + 34.0, y), &font(SMALL, INK, HPos::Left))?;
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -237,15 +216,5 @@ mod tests {
     fn what_never_changes_is_said() {
         let run = run_of(&[("a", vec![vec![0.0; 20]; 3])]);
         assert!(draw(&run, &Options::default()).unwrap().svg.contains("always 0"));
-    }
-
-    #[test]
-    fn a_legend_stays_on_the_page() {
-        let names: Vec<_> = (0..30).map(|i| format!("policy=modular,xi={i}")).collect();
-        let settings: Vec<_> = names.iter().map(|it| (it.as_str(), vec![vec![1.0]])).collect();
-        let run = run_of(&settings);
-        let places = legend(&run.settings);
-        assert!(places.iter().all(|(x, _)| (10.0..PAGE - 60.0).contains(x)), "{places:?}");
-        assert!(places.windows(2).all(|it| it[0].1 < it[1].1 || it[0].0 < it[1].0));
     }
 }

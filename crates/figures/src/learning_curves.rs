@@ -13,7 +13,7 @@ use super::{
         Area, BLUE, GREEN, INK, NORMAL, PAGE, Rect, SMALL, VERMILLION, fill, font, line,
         notes_height, paint, room, setting_lines, stroke, write, write_notes, write_y_label,
     },
-    curves::{QUARTILES, Spread, spreads, window_for, window_means},
+    curves::{QUARTILES, Spread, smoothed, spreads, window_for},
 };
 
 pub(super) const FIGURE: Figure = Figure {
@@ -88,23 +88,22 @@ struct Grid {
 }
 
 fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
-    let w = window_for(run.longest_rows(), POINTS.min(ALL_POINTS / run.settings.len()).max(30));
+    let most_points = POINTS.min(ALL_POINTS / run.settings.len()).max(30);
+    let w = run.updates(|longest| window_for(longest, most_points));
     let quantities = quantities(&run.measure);
     let curves: Vec<Vec<_>> = quantities
         .iter()
         .map(|quantity| {
             let of_setting = |setting: &Setting| {
                 let columns = setting.cells.iter().map(quantity.column);
-                spreads(
-                    &columns.map(|it| window_means(it, w, run.every)).collect::<Vec<_>>(),
-                    QUARTILES,
-                )
+                let curves: Vec<_> = columns.map(|it| smoothed(setting, it, w)).collect();
+                spreads(&curves, QUARTILES)
             };
             run.settings.iter().map(of_setting).collect()
         })
         .collect();
     let grid = Grid::of(run, quantities.len());
-    let notes = run.with_caveats(vec![note(w * run.every)]);
+    let notes = run.with_caveats(vec![note(w)]);
     let n_bands = run.settings.len().div_ceil(grid.n_columns) as f64;
     let height = n_bands * grid.band() + 26.0 + notes_height(&notes) + 18.0;
     let caption = FIGURE.caption_with(run, &notes);

@@ -9,10 +9,12 @@
 //! | `outcome.rs` | [`Outcome`]: what a cell came to; the best and the median one |
 //! | [`statistics`] | quartiles, interquartile mean, bootstrap, correlation |
 //! | `tables.rs` | [`Table`]: the numbers beside the figures |
+//! | `symptoms.rs` | [`Symptom`]: what is wrong with how a cell learns |
 //! | `findings/` | [`Findings`]: the paper's statements, and what a run says to each |
 //! | `curves.rs`, `numbers.rs` | smoothing, quartiles over time; numbers as people read them |
-//! | `canvas.rs`, `axis.rs` | the page, the font, the axes |
-//! | `robot.rs`, `learning_curves.rs`, `close_up.rs`, `feet.rs`, `scatter.rs`, `final_values.rs`, `health.rs` | one figure each |
+//! | `together.rs` | several runs as one, to compare them |
+//! | `canvas.rs`, `axis.rs`, `legend.rs` | the page, the font, the axes, the settings' colours |
+//! | `robot.rs`, `learning_curves.rs`, `close_up.rs`, `feet.rs`, `scatter.rs`, `final_values.rs`, `performance_profile.rs`, `sample_efficiency.rs`, `health.rs` | one figure each |
 //! | `landscape.rs` | [`landscape_curves`], [`landscape_maps`]: slices through parameters, of numbers alone |
 //!
 //! ```no_run
@@ -48,15 +50,20 @@ mod health;
 mod information;
 mod landscape;
 mod learning_curves;
+mod legend;
 mod measure;
 mod numbers;
 mod outcome;
+mod performance_profile;
 mod plain;
 mod results;
 mod robot;
+mod sample_efficiency;
 mod scatter;
 pub mod statistics;
+mod symptoms;
 mod tables;
+mod together;
 
 #[cfg(test)]
 mod example;
@@ -72,18 +79,21 @@ pub use numbers::{capitalised, grouped, three_digits};
 pub use outcome::{Choice, Outcome, best_and_median, tenth_of};
 pub use plain::plain;
 pub use results::{CellResults, Omitted, Results, Setting};
-pub use tables::{Estimate, Table, caveats};
+pub use symptoms::{Facts, KINDS, Kind, Symptom, symptoms};
+pub use tables::{Estimate, Table, caveats, improvement, iqm};
 
 use outcome::choice;
 
 /// The figures: those of the paper in its order, then ours.
-pub const FIGURES: [Figure; 7] = [
+pub const FIGURES: [Figure; 9] = [
     robot::FIGURE,
     learning_curves::FIGURE,
     close_up::FIGURE,
     feet::FIGURE,
     scatter::FIGURE,
     final_values::FIGURE,
+    performance_profile::FIGURE,
+    sample_efficiency::FIGURE,
     health::FIGURE,
 ];
 
@@ -192,6 +202,9 @@ pub enum Error {
         /// What would be there, if it could be read.
         omitted: Vec<Omitted>,
     },
+    /// Two runs are judged by different things, which can't stand on one axis.
+    #[error("{}", incomparable(.0))]
+    Incomparable(Box<[(PathBuf, Measure); 2]>),
     /// There's no such setting.
     #[error("no setting {name:?} has an update; there are {}", known.join(", "))]
     Setting {
@@ -211,6 +224,18 @@ pub enum Error {
     /// The drawing libraries refused.
     #[error("drawing: {0}")]
     Drawing(String),
+}
+
+fn incomparable([(a, by_a), (b, by_b)]: &[(PathBuf, Measure); 2]) -> String {
+    format!(
+        "these can't be compared: {} is judged by {} in {}, and {} by {} in {}; name runs of the same task",
+        a.display(),
+        by_a.name(),
+        by_a.unit,
+        b.display(),
+        by_b.name(),
+        by_b.unit
+    )
 }
 
 fn empty(folder: &std::path::Path, omitted: &[Omitted]) -> String {
@@ -324,7 +349,7 @@ mod tests {
                 cell.intrinsic_nats[7] = value;
                 cell.reward[7] = -value;
             }
-            Outcome::evaluate(&mut run);
+            Outcome::evaluate(std::slice::from_mut(&mut run));
             for figure in FIGURES.iter().filter(of_numbers) {
                 let drawing = draw(&run, figure, &Options::default()).unwrap();
                 assert!(!drawing.svg.contains("NaN"), "{} of {value}", figure.name);

@@ -4,7 +4,8 @@
 //!
 //! The paper says that "more than half the instances did not make any significant progress" with
 //! the task's reward alone, and that "sometimes the performance drops sharply", and defines neither.
-//! Here, with the run's window of W updates, in whole rows, and windows counted back from a cell's end:
+//! Here, with the run's window of W updates, in whole rows, and windows counted back from a cell's end
+//! (of several runs together each has its own window, and the largest gain is that of all):
 //!
 //! - The *gain* of a window is its mean minus that of the cell's first W updates; G is the
 //!   largest gain of all windows of all cells of the run.
@@ -20,7 +21,7 @@
 use std::ops::Range;
 
 use super::{
-    CellResults, Results,
+    CellResults, Results, Setting,
     statistics::{mean, welch_p},
 };
 
@@ -62,22 +63,28 @@ struct Windows {
 }
 
 impl Outcome {
-    /// Fills in the run's window and the outcomes of all cells.
-    pub(super) fn evaluate(run: &mut Results) {
-        let longest = run.longest();
-        let window = (tenth_of(longest as u64) as usize / run.every).max(1);
-        run.window = window * run.every;
-        let gain = |cell: &CellResults| {
-            let values = &cell.performance;
-            let windows = Windows::of(values, window);
-            mean(&values[windows.best]) - mean(&values[windows.first])
-        };
-        let largest_gain = run.cells().map(gain).fold(0.0, f64::max);
-        for cell in run.settings.iter_mut().flat_map(|setting| &mut setting.cells) {
-            cell.outcome = Self {
-                is_behind: cell.updates() < longest,
-                ..Self::of(&cell.performance, window, largest_gain)
-            };
+    /// Fills in the windows of some runs, each by its own longest cell, and the outcomes of all cells,
+    /// by the largest gain of all runs.
+    pub(super) fn evaluate(runs: &mut [Results]) {
+        for run in &mut *runs {
+            let tenth = tenth_of(run.longest() as u64) as usize;
+            for setting in &mut run.settings {
+                setting.window = setting.rows(tenth) * setting.every;
+            }
+        }
+        let largest_gain = runs.iter().flat_map(|run| &run.settings).map(largest_gain);
+        let largest_gain = largest_gain.fold(0.0, f64::max);
+        for run in runs {
+            let longest = run.longest();
+            for setting in &mut run.settings {
+                let window = setting.window_rows();
+                for cell in &mut setting.cells {
+                    cell.outcome = Self {
+                        is_behind: cell.updates() < longest,
+                        ..Self::of(&cell.performance, window, largest_gain)
+                    };
+                }
+            }
         }
     }
 
@@ -102,6 +109,16 @@ impl Outcome {
             is_behind: false,
         }
     }
+}
+
+/// Of the windows of a setting's cells.
+fn largest_gain(setting: &Setting) -> f64 {
+    let gain = |cell: &CellResults| {
+        let values = &cell.performance;
+        let windows = Windows::of(values, setting.window_rows());
+        mean(&values[windows.best]) - mean(&values[windows.first])
+    };
+    setting.cells.iter().map(gain).fold(0.0, f64::max)
 }
 
 impl Windows {

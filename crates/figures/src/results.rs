@@ -8,7 +8,7 @@ use std::{
     sync::atomic::{AtomicUsize, Ordering},
 };
 
-use runs::{Cell, CellFolder, Moments, Recording, Row, Run};
+use runs::{Cell, CellFolder, Moments, Row, Run};
 
 use super::{Contacts, Error, Measure, Outcome, choice, curves::Thinned};
 
@@ -18,17 +18,12 @@ const LARGEST: f64 = 1e100;
 /// What a run has recorded so far.
 #[derive(Clone, Debug)]
 pub struct Results {
-    /// The run's folder.
-    pub folder: PathBuf,
+    /// The run's folder; of [several runs](Results::together) all of theirs.
+    pub folders: Vec<PathBuf>,
     /// What its cells are judged by.
     pub measure: Measure,
     /// The settings that have a cell with an update, in the order of the sweep.
     pub settings: Vec<Setting>,
-    /// Updates of the first and of the last window, by which cells are judged: a tenth of those
-    /// of the longest cell, in whole rows, at least one.
-    pub window: usize,
-    /// Updates that a row is the mean of: 1, but in a published run.
-    pub every: usize,
 }
 
 /// The cells of one setting.
@@ -38,6 +33,13 @@ pub struct Setting {
     pub name: String,
     /// Those that have an update, in the order of their seeds in the experiment.
     pub cells: Vec<CellResults>,
+    /// Updates of the first and of the last window, by which cells are judged: a tenth of those
+    /// of the run's longest cell, in whole rows, at least one.
+    pub window: usize,
+    /// Updates that a row is the mean of: 1, but in a published run.
+    pub every: usize,
+    /// Control steps that an update takes, those of all worlds of a cell together.
+    pub steps_per_update: f64,
 }
 
 /// What a cell has recorded. Its columns have one value a row, at least one.
@@ -126,17 +128,23 @@ impl Results {
                     None
                 }
             };
-            let Some(read) = read else { continue };
+            let Some((read, steps_per_update)) = read else { continue };
             match settings.iter_mut().find(|setting| setting.name == cell.setting) {
                 Some(setting) => setting.cells.push(read),
-                None => settings.push(Setting { name: cell.setting.clone(), cells: vec![read] }),
+                None => settings.push(Setting {
+                    name: cell.setting.clone(),
+                    cells: vec![read],
+                    window: every,
+                    every,
+                    steps_per_update,
+                }),
             }
         }
         if settings.is_empty() {
             return Err(Error::Empty { folder: folder.into(), omitted });
         }
-        let mut read = Self { folder: folder.into(), measure, settings, window: 1, every };
-        Outcome::evaluate(&mut read);
+        let mut read = Self { folders: vec![folder.into()], measure, settings };
+        Outcome::evaluate(std::slice::from_mut(&mut read));
         read.read_contacts(&mut omitted);
         Ok((read, omitted))
     }
@@ -157,14 +165,20 @@ impl Results {
         self.cells().map(CellResults::updates).max().unwrap_or(0)
     }
 
-    /// Rows of the longest cell.
-    pub(crate) fn longest_rows(&self) -> usize {
-        self.cells().map(|cell| cell.performance.len()).max().unwrap_or(0)
+    /// The largest number of updates that `rows` makes of the settings' longest cells, in rows.
+    pub(crate) fn updates(&self, rows: impl Fn(usize) -> usize) -> usize {
+        let of = |it: &Setting| rows(it.longest_rows()) * it.every;
+        self.settings.iter().map(of).max().unwrap_or(1)
     }
 
-    /// [`Results::window`] in rows.
-    pub(crate) fn window_rows(&self) -> usize {
-        self.window / self.every
+    /// Updates of the windows by which cells are judged, in words: `30`; of several runs with windows of
+    /// their own `330 or 32`.
+    #[must_use]
+    pub fn windows(&self) -> String {
+        let mut windows: Vec<_> = self.settings.iter().map(|it| it.window.to_string()).collect();
+        windows.dedup();
+        let last = windows.pop().unwrap_or_default();
+        if windows.is_empty() { last } else { format!("{} or {last}", windows.join(", ")) }
     }
 
     /// Only of those that may be drawn: a recording has some megabytes.
@@ -174,8 +188,8 @@ impl Results {
             let indices = [Some(chosen.best), chosen.second, Some(chosen.median)];
             for index in indices.into_iter().flatten().collect::<BTreeSet<_>>() {
                 let cell = &mut setting.cells[index];
-                match Recording::read(&CellFolder::new(&cell.folder).replay()) {
-                    Ok(recording) => cell.contacts = recording.map(|it| Contacts::of(&it)),
+                match Contacts::read(&CellFolder::new(&cell.folder).replay()) {
+                    Ok(contacts) => cell.contacts = contacts,
                     Err(error) => omitted.push(Omitted::new(&cell.name, error)),
                 }
             }
@@ -189,6 +203,21 @@ impl Setting {
     pub fn last(&self) -> Vec<f64> {
         self.cells.iter().map(|cell| cell.outcome.last).collect()
     }
+
+    /// Rows of its longest cell.
+    pub(crate) fn longest_rows(&self) -> usize {
+        self.cells.iter().map(|cell| cell.performance.len()).max().unwrap_or(0)
+    }
+
+    /// So many updates in whole rows, at least one.
+    pub(crate) fn rows(&self, updates: usize) -> usize {
+        (updates / self.every).max(1)
+    }
+
+    /// [`Setting::window`] in rows.
+    pub(crate) fn window_rows(&self) -> usize {
+        self.rows(self.window)
+    }
 }
 
 impl CellResults {
@@ -199,19 +228,20 @@ impl CellResults {
     }
 
     /// Of rows, each the mean of `every` updates, and of the single updates' moments where they're
-    /// known. None if there's no row yet.
+    /// known; with the control steps that an update takes. None if there's no row yet.
     fn of(
         cell: &Cell,
         folder: CellFolder,
         measure: &Measure,
         (rows, every, moments): (Vec<Row>, usize, Option<Moments>),
-    ) -> Result<Option<Self>, runs::Error> {
+    ) -> Result<Option<(Self, f64)>, runs::Error> {
         let find = |(i, row)| wrong(i, row, every, measure);
         if let Some(what) = rows.iter().enumerate().find_map(find) {
             return Err(runs::Error::Damaged { path: folder.metrics(), what });
         }
         let column = |of: fn(&Row) -> f64| rows.iter().map(of).collect();
-        Ok((!rows.is_empty()).then(|| Self {
+        let Some(last) = rows.last() else { return Ok(None) };
+        let read = Self {
             name: cell.folder(),
             seed: cell.seed,
             folder: folder.path().into(),
@@ -222,7 +252,8 @@ impl CellResults {
             moments: moments.unwrap_or_else(|| measure.moments(&rows)),
             outcome: Outcome::default(),
             contacts: None,
-        }))
+        };
+        Ok(Some((read, last.control_steps as f64 / last.update as f64)))
     }
 }
 

@@ -1,6 +1,8 @@
 //! The robots from three sides: figure 1 of the paper. The one figure that is a picture, drawn by
 //! the software renderer, so its SVG holds it as PNG.
 
+use std::collections::BTreeSet;
+
 use base64::{Engine, engine::general_purpose::STANDARD};
 use scenes::{render::Picture, three_sides};
 use svenja::Morphology;
@@ -11,7 +13,7 @@ pub(super) const FIGURE: Figure = Figure {
     name: "robot",
     title: |_| "The robot".into(),
     caption: |_| {
-        "Each of the run's models from its right, its front and above, to one scale, and as it \
+        "Each of the models from its right, its front and above, to one scale, and as it \
          stands there, in the pose that its file draws."
             .into()
     },
@@ -42,16 +44,21 @@ fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
     Ok(Drawing { file_stem: FIGURE.name, svg, width, height, caption, picture: Some(png) })
 }
 
-/// The run's copies.
-fn models(run: &Results) -> Result<Vec<Morphology>, Error> {
-    let run = runs::Run::open(&run.folder)?;
+/// The runs' copies, each once.
+fn models(results: &Results) -> Result<Vec<Morphology>, Error> {
     let nothing = |why: String| Error::Nothing { figure: FIGURE.name, why };
-    let model = |listed: &runs::FileCopy| {
-        let source = run.model_path(&listed.file).display().to_string();
-        Morphology::parse(&source, &run.model(listed)?)
-            .map_err(|problems| nothing(problems.to_string()))
-    };
-    let models: Vec<_> = run.manifest().models.iter().map(model).collect::<Result<_, _>>()?;
+    let (mut models, mut known) = (Vec::new(), BTreeSet::new());
+    for folder in &results.folders {
+        let run = runs::Run::open(folder)?;
+        for listed in &run.manifest().models {
+            let source = run.model_path(&listed.file).display().to_string();
+            let text = run.model(listed)?;
+            if known.insert(listed.xxh3.0) {
+                let model = Morphology::parse(&source, &text);
+                models.push(model.map_err(|problems| nothing(problems.to_string()))?);
+            }
+        }
+    }
     if models.is_empty() { Err(nothing("the run lists no model".into())) } else { Ok(models) }
 }
 
@@ -92,7 +99,7 @@ mod tests {
             cells: Vec::new(),
         };
         runs::Run::create(&folder, &new).unwrap();
-        let run = Results { folder, ..run_of(&[("base", vec![vec![0.0]])]) };
+        let run = Results { folders: vec![folder], ..run_of(&[("base", vec![vec![0.0]])]) };
         (parent, run)
     }
 
@@ -115,7 +122,7 @@ mod tests {
     #[test]
     fn a_damaged_model_is_named() {
         let (_folder, run) = run(&["worm.toml"]);
-        std::fs::write(run.folder.join("models/worm.toml"), "name = 1").unwrap();
+        std::fs::write(run.folders[0].join("models/worm.toml"), "name = 1").unwrap();
         let error = draw(&run, &Options::default()).unwrap_err().to_string();
         assert!(error.contains("worm.toml: damaged"), "{error}");
     }

@@ -53,15 +53,16 @@ fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
         let why = "the reward has no information in it (reward.intrinsic.kind is 'none')".into();
         return Err(Error::Nothing { figure: FIGURE.name, why });
     };
-    let w = (run.longest_rows() / WINDOWS).max(1);
-    let step = run.longest_rows().div_ceil(POINTS.min(ALL_POINTS / run.cells().count()).max(10));
-    let curve = |cell: &CellResults| -> Vec<(f64, f64)> {
-        let column = |values: &[f64]| sliding_means(values, w, step);
+    let w = run.updates(|longest| (longest / WINDOWS).max(1));
+    let most_points = POINTS.min(ALL_POINTS / run.cells().count()).max(10);
+    let curve = |setting: &Setting, cell: &CellResults| -> Vec<(f64, f64)> {
+        let step = setting.longest_rows().div_ceil(most_points);
+        let column = |values: &[f64]| sliding_means(values, setting.rows(w), step);
         let pairs = column(&cell.performance).into_iter().zip(column(&cell.intrinsic_nats));
         pairs.map(|([_, x], [_, y])| (x, y)).collect()
     };
-    let curves: Vec<Vec<_>> =
-        run.settings.iter().map(|it| it.cells.iter().map(curve).collect()).collect();
+    let of_setting = |it: &Setting| it.cells.iter().map(|cell| curve(it, cell)).collect();
+    let curves: Vec<Vec<_>> = run.settings.iter().map(of_setting).collect();
     let points = || curves.iter().flatten().flatten();
 
     let n = run.settings.len();
@@ -75,7 +76,7 @@ fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
     let title = run.settings.iter().map(lines).max().unwrap_or(1) as f64 * TITLE_LINE + 28.0;
     let band = title + height + BELOW + 30.0;
     let n_bands = n.div_ceil(n_columns) as f64;
-    let notes = run.with_caveats(vec![note(run, w * run.every)]);
+    let notes = run.with_caveats(vec![note(run, w)]);
     let caption = FIGURE.caption_with(run, &notes);
     paint(&FIGURE, n_bands * band + notes_height(&notes) + 12.0, caption, |area| {
         for (i, (setting, curves)) in run.settings.iter().zip(&curves).enumerate() {

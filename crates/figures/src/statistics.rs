@@ -5,13 +5,14 @@
 //! | quantile | linear between order statistics: h = (n - 1) p, x_(h) (Hyndman and Fan 1996, type 7; NumPy's) |
 //! | interquartile mean (IQM) | mean without the floor(n/4) smallest and the floor(n/4) largest values |
 //! | interval | percentile bootstrap, cells drawn with replacement within each stratum |
+//! | performance profile | F(tau): the share of values above tau |
 //! | probability of improvement | P(X > Y) + P(X = Y) / 2 over all pairs (Mann and Whitney 1947) |
 //! | Pearson | r = sum (x - mx)(y - my) / sqrt(sum (x - mx)^2 sum (y - my)^2) |
 //! | share | Wilson's score interval (JASA 22, 1927) |
 //! | Welch | t = (ma - mb) / sqrt(va / na + vb / nb), degrees of freedom of Welch and Satterthwaite |
 //! | paired | t = m / (s / sqrt(n)) of n differences, n - 1 degrees of freedom (Student, Biometrika 6, 1908) |
 //!
-//! IQM, the stratified bootstrap and the probability of improvement are those of R. Agarwal et al.,
+//! IQM, the stratified bootstrap, profiles and the probability of improvement are those of R. Agarwal et al.,
 //! *Deep Reinforcement Learning at the Edge of the Statistical Precipice*, NeurIPS 2021, and of its
 //! library rliable: there a stratum is a task, here it's a setting.
 
@@ -84,6 +85,12 @@ pub fn interquartile_mean(values: &[f64]) -> f64 {
     let sorted = sorted(values);
     let cut = sorted.len() / 4;
     mean(&sorted[cut..sorted.len() - cut])
+}
+
+/// The share of values above a score; NaN of nothing.
+#[must_use]
+pub fn share_above(values: &[f64], score: f64) -> f64 {
+    values.iter().filter(|&&value| value > score).count() as f64 / values.len() as f64
 }
 
 /// The probability that a value of `x` is larger than one of `y`; NaN if there's none of either.

@@ -1,5 +1,7 @@
 //! The numbers beside the figures, as tables.
 //!
+//! Those of curves are beside their figures.
+//!
 //! | table | a row |
 //! |---|---|
 //! | `instances` | a cell: windows, progress, collapse |
@@ -21,6 +23,8 @@ use super::{
 /// Replicates of the bootstraps, as many as rliable makes.
 const IQM_REPLICATES: usize = 50_000;
 const IMPROVEMENT_REPLICATES: usize = 2_000;
+/// Of each point of a curve.
+pub(super) const CURVE_REPLICATES: usize = 2_000;
 
 /// A table; all rows are as long as the header.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -51,7 +55,7 @@ impl Table {
     }
 }
 
-fn number(value: f64) -> String {
+pub(super) fn number(value: f64) -> String {
     if value.is_finite() { format!("{value:?}") } else { String::new() }
 }
 
@@ -104,7 +108,7 @@ impl Estimate {
     }
 
     /// Value, lower end, upper end.
-    fn fields(this: Option<Self>) -> [String; 3] {
+    pub(super) fn fields(this: Option<Self>) -> [String; 3] {
         let end = |of: fn(Interval) -> f64| {
             this.and_then(|it| it.interval).map_or(String::new(), |it| number(of(it)))
         };
@@ -180,13 +184,13 @@ pub(super) fn settings(run: &Results) -> Table {
     ];
     let row = |setting: &Setting| {
         let values = sorted(&setting.last());
-        let [iqm, low, high] = Estimate::fields(Some(iqm(setting)));
+        let [iqm, low, high] = Estimate::fields(Some(iqm(&setting.last())));
         let behind = setting.cells.iter().filter(|it| it.outcome.is_behind).count();
         vec![
             setting.name.clone(),
             values.len().to_string(),
             behind.to_string(),
-            run.window.to_string(),
+            setting.window.to_string(),
             number(quantile(&values, 1.0)),
             number(mean(&values)),
             number(quantile(&values, 0.5)),
@@ -206,9 +210,19 @@ pub(super) fn share(setting: &Setting, of: fn(&CellResults) -> Option<bool>) -> 
     told.iter().filter(|&&it| it).count() as f64 / told.len() as f64
 }
 
-/// The interquartile mean of the last windows of a setting's cells.
-pub(super) fn iqm(setting: &Setting) -> Estimate {
-    Estimate::of([&setting.last()], IQM_REPLICATES, |[values]| interquartile_mean(values))
+/// The interquartile mean of some cells' values.
+#[must_use]
+pub fn iqm(values: &[f64]) -> Estimate {
+    Estimate::of([values], IQM_REPLICATES, |[values]| interquartile_mean(values))
+}
+
+/// The probability that a value of one side is higher than one of the other; none if either has one
+/// value only.
+#[must_use]
+pub fn improvement(x: &[f64], y: &[f64]) -> Option<Estimate> {
+    (x.len() > 1 && y.len() > 1).then(|| {
+        Estimate::of([x, y], IMPROVEMENT_REPLICATES, |[x, y]| probability_of_improvement(x, y))
+    })
 }
 
 /// The probability that a cell of setting `i` has a higher last window than one of setting `j`;
@@ -218,14 +232,10 @@ pub(super) fn improvement_of(settings: &[Setting], i: usize, j: usize) -> Option
         // So that the two directions agree: other random numbers would give another interval.
         return improvement_of(settings, j, i).map(Estimate::complement);
     }
-    let [x, y] = [i, j].map(|it| settings[it].last());
-    (x.len() > 1 && y.len() > 1).then(|| {
-        let strata = [x.as_slice(), y.as_slice()];
-        Estimate::of(strata, IMPROVEMENT_REPLICATES, |[x, y]| probability_of_improvement(x, y))
-    })
+    improvement(&settings[i].last(), &settings[j].last())
 }
 
-pub(super) fn improvement(run: &Results) -> Table {
+pub(super) fn improvements(run: &Results) -> Table {
     let header = ["setting", "over", "probability", "low", "high"].map(str::to_owned).into();
     let settings = &run.settings;
     let pairs = (0..settings.len())
@@ -308,7 +318,7 @@ mod tests {
 
     #[test]
     fn improvement_is_of_one_setting_over_another() {
-        let table = improvement(&counting(&[("a", 6), ("b", 8)]));
+        let table = improvements(&counting(&[("a", 6), ("b", 8)]));
         assert_eq!(column(&table, "setting"), ["a", "b"]);
         // Of the pairs of 0 to 5 with 0 to 7, 6 are equal, and in 15 the first is larger.
         assert_eq!(column(&table, "probability"), ["0.375", "0.625"]);
@@ -324,7 +334,7 @@ mod tests {
     fn few_cells_tell_little() {
         for n in 1..=7 {
             let run = counting(&[("a", n), ("b", 9)]);
-            let (settings, improvement) = (settings(&run), improvement(&run));
+            let (settings, improvement) = (settings(&run), improvements(&run));
             let is_told = |table: &Table, name: &str| !column(table, name)[0].is_empty();
             assert!(is_told(&settings, "R_Loc_IQM_m"));
             assert_eq!(is_told(&improvement, "probability"), n > 1, "{n}");

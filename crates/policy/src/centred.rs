@@ -96,6 +96,10 @@ impl Policy for Centred {
         self.inner.act(inputs, outputs)
     }
 
+    fn entropy_nats(&mut self, outputs: &[bool]) -> Result<f64, Error> {
+        self.inner.entropy_nats(outputs)
+    }
+
     fn links(&self) -> Vec<Link> {
         self.links.clone()
     }

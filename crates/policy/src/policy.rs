@@ -48,6 +48,13 @@ pub trait Policy: fmt::Debug + Send {
     /// If a slice's length is wrong; nothing is drawn then.
     fn act(&mut self, inputs: &[bool], outputs: &mut [bool]) -> Result<(), Error>;
 
+    /// How uncertain the bits of the output were that was drawn last: the mean of their entropies given the
+    /// inputs, 0 to log 2 nats; an estimate where a kind says so. Nothing is drawn for it.
+    ///
+    /// # Errors
+    /// If a slice's length is wrong.
+    fn entropy_nats(&mut self, outputs: &[bool]) -> Result<f64, Error>;
+
     /// Which weights there are, and whose biases go with them: how a policy's parameters are those of
     /// [centred units](crate::Coding::Centred). Each weight comes once.
     fn links(&self) -> Vec<Link>;

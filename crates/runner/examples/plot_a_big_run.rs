@@ -79,7 +79,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     let begin = Instant::now();
-    let report = Report::read(&folder, &|_, _, _| {})?;
+    let report = Report::read(std::slice::from_ref(&folder), &|_, _, _| {})?;
     let page = report.html(&|_, _, _| {})?;
     fs::write(folder.join("report.html"), &page)?;
     let seconds = begin.elapsed().as_secs_f64();

@@ -2,16 +2,18 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint, builder::PossibleValuesParser};
+use clap::{
+    Args, Parser, Subcommand, ValueEnum, ValueHint,
+    builder::{OsStringValueParser, TypedValueParser},
+};
 use clap_complete::Shell;
-use figures::FIGURES;
 use serde::Serialize;
 
 pub use self::{
     import::{Base, Import},
     landscape::Landscape,
     training::{Cell, Resume, Slurm, Train, Until, Which, Work},
-    values::{Cells, Size, Task},
+    values::{Cells, Shown, Size, Task},
 };
 use crate::experiment::known;
 
@@ -95,13 +97,15 @@ Exit codes: 0 all cells are done; 75 some aren't yet; 1 some failed, or can't be
 The runs stay as they are. A cell that two of them have must have the same bytes in both. The new run
 has all combinations of what they sweep; those that none of them has are trained by `itarl resume`.")]
     Merge(Merge),
-    /// Show what was learned: early updates against late ones, for each setting
-    #[command(after_help = "Example:
-  itarl summary runs/quick --early 1-40 --late 120-160")]
-    Summary(Summary),
-    /// Draw the paper's figures of a run, finished or not, into DIR/plots/
+    /// Show what was learned: early updates against late ones, for each setting of a run or of several
     #[command(after_help = "Examples:
-  itarl plot runs/quick
+  itarl summary runs/quick --early 1-40 --late 120-160
+  itarl summary runs/quick runs/power-1    # in one table, with what differs")]
+    Summary(Summary),
+    /// Draw the paper's figures of a run, finished or not, or of several runs side by side
+    #[command(after_help = "Examples:
+  itarl plot runs/quick                    # into runs/quick/plots
+  itarl plot runs/quick runs/power-1       # both in each figure, into ./comparison
   itarl plot runs/quick --format svg,png learning-curves final
   itarl plot runs/quick --setting xi=0.75 --setting xi=1 close-up
 
@@ -110,13 +114,21 @@ docs/figures.md says what each figure and table shows.")]
     /// Say which of the paper's statements hold in a run over several xi, and how sure that is
     #[command(after_help = "Example:
   itarl findings runs/figure2
+  itarl findings runs/worlds runs/worlds-32    # each for itself
 
 docs/figures.md says how each is judged.")]
     Findings {
-        /// The run's folder
-        #[arg(value_hint = ValueHint::DirPath)]
-        run: PathBuf,
+        /// The run's folder, or several, each asked for itself
+        #[arg(required = true, value_name = "RUN", value_hint = ValueHint::DirPath)]
+        runs: Vec<PathBuf>,
     },
+    /// Say what is wrong with how a run's cells learn, since when, and what to try
+    #[command(after_help = "Examples:
+  itarl check runs/quick
+  itarl check runs/quick --json | jq .symptoms
+
+docs/health.md says how each symptom is found. Exit codes: 0 nothing is found; 1 otherwise.")]
+    Check(Check),
     /// Put what others need of a run into a small folder, to be read and not to go on from
     #[command(after_help = "Example:
   itarl publish runs/figure2 --out experiments/results/figure2
@@ -148,14 +160,11 @@ setting's best and median cell. What reads a run reads it, too.")]
 Stopped or killed, it goes on with the same command; another --xi or --mix takes no rollout more.
 docs/landscapes.md says what each file and measure is.")]
     Landscape(Landscape),
-    /// Write a run's report: one page with its tables, its figures, and its robots in 3-D
-    #[command(after_help = "Example:
-  itarl report runs/quick    # runs/quick/report.html, for any browser, on any machine")]
-    Report {
-        /// The run's folder
-        #[arg(value_hint = ValueHint::DirPath)]
-        run: PathBuf,
-    },
+    /// Write a run's report, or one that compares several: a page with tables, figures, robots in 3-D
+    #[command(after_help = "Examples:
+  itarl report runs/quick                  # runs/quick/report.html, for any browser, on any machine
+  itarl report runs/quick runs/power-1     # ./comparison.html")]
+    Report(Report),
     /// Watch a robot: a 3-D page for any browser, a film, a picture, or a scene for Blender
     #[command(after_help = "Examples:
   itarl replay runs/quick/cells/xi=1/seed=2          # xi=1-seed=2.html: its last control steps
@@ -172,6 +181,15 @@ The page, pictures and films need no display and no GPU where they're made.")]
     #[command(after_help = "Example:
   itarl bench --seconds 10")]
     Bench(Bench),
+    /// Print the manual page, or write those of all commands into a folder
+    #[command(after_help = "Examples:
+  itarl man | man -l -
+  itarl man --out ~/.local/share/man/man1")]
+    Man {
+        /// Where all pages go
+        #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+        out: Option<PathBuf>,
+    },
     /// Print a shell's completions
     #[command(after_help = "Example:
   itarl completions bash > ~/.local/share/bash-completion/completions/itarl")]
@@ -246,9 +264,9 @@ pub struct Print {
 /// The arguments of `itarl summary`.
 #[derive(Debug, Args)]
 pub struct Summary {
-    /// The run's folder
-    #[arg(value_hint = ValueHint::DirPath)]
-    pub run: PathBuf,
+    /// The run's folder, or several to compare
+    #[arg(required = true, value_name = "RUN", value_hint = ValueHint::DirPath)]
+    pub runs: Vec<PathBuf>,
     /// Early updates [default: the first tenth]
     #[arg(long, value_name = "FIRST-LAST")]
     pub early: Option<Updates>,
@@ -260,15 +278,27 @@ pub struct Summary {
     pub print: Print,
 }
 
-/// Figures of a run.
+/// The arguments of `itarl check`.
+#[derive(Debug, Args)]
+pub struct Check {
+    /// The run's folder, or several
+    #[arg(required = true, value_name = "RUN", value_hint = ValueHint::DirPath)]
+    pub runs: Vec<PathBuf>,
+    /// How it's printed.
+    #[command(flatten)]
+    pub print: Print,
+}
+
+/// Figures of a run, or of several.
 #[derive(Debug, Args)]
 pub struct Plot {
-    /// The run's folder
-    #[arg(value_name = "DIR", value_hint = ValueHint::DirPath)]
-    pub run: PathBuf,
-    /// Which figures [default: all]
-    #[arg(value_name = "FIGURE", value_parser = PossibleValuesParser::new(FIGURES.map(|it| it.name)))]
-    pub figures: Vec<String>,
+    /// The run's folder, or several to compare, and which figures [default: all]
+    #[arg(required = true, value_name = "RUN|FIGURE", value_hint = ValueHint::DirPath,
+        value_parser = OsStringValueParser::new().try_map(Shown::parse))]
+    pub shown: Vec<Shown>,
+    /// Where the files go [default: RUN/plots; of several runs ./comparison]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub out: Option<PathBuf>,
     /// Kinds of files
     #[arg(long, value_name = "FORMAT,...", value_delimiter = ',', default_value = "svg")]
     pub format: Vec<Format>,
@@ -278,6 +308,17 @@ pub struct Plot {
     /// The two best cells in feet, in place of the best and the median one
     #[arg(long)]
     pub two_best: bool,
+}
+
+/// The arguments of `itarl report`.
+#[derive(Debug, Args)]
+pub struct Report {
+    /// The run's folder, or several to compare
+    #[arg(required = true, value_name = "RUN", value_hint = ValueHint::DirPath)]
+    pub runs: Vec<PathBuf>,
+    /// The page [default: RUN/report.html; of several runs ./comparison.html]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub out: Option<PathBuf>,
 }
 
 /// The arguments of `itarl publish`.

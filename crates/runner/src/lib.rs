@@ -7,8 +7,10 @@
 //! | [`training`] | many cells over threads and lanes, with checkpoints, until done or stopped |
 //! | [`models`] | the robots of experiments |
 //! | [`catalogue`] | a run's folder with what it's made of: where training and reading begin |
+//! | [`comparison`] | one run, or several that are compared |
 //! | [`merge`] | run folders put together |
 //! | [`rollout`], [`gait`] | a policy or a gait without learning |
+//! | [`health`] | what is wrong with how cells learn |
 //! | [`publish`] | what others need of a run, in a small folder |
 //! | [`landscape`] | how reward, task and information depend on a policy's parameters |
 //! | [`clips`], [`report`] | what `scenes` and `figures` show of a run, composed |
@@ -23,8 +25,10 @@ pub mod catalogue;
 pub mod cli;
 pub mod clips;
 pub mod commands;
+pub mod comparison;
 pub mod experiment;
 pub mod gait;
+pub mod health;
 pub mod landscape;
 pub mod merge;
 pub mod models;

@@ -16,7 +16,7 @@ use super::{
     row::{Columns, header_line},
 };
 
-/// Longer than two rows: each has 13 numbers of up to 24 characters and 4 counts of up to 20.
+/// Longer than two rows: each has 15 numbers of up to 24 characters and 4 counts of up to 20.
 const TAIL: u64 = 1024;
 
 /// The columns of a file; none if its first line isn't there yet, or not whole.
@@ -156,7 +156,7 @@ mod tests {
         (folder, path)
     }
 
-    fn row((counts, v): ([u64; 4], [f64; 13])) -> Row {
+    fn row((counts, v): ([u64; 4], [f64; 15])) -> Row {
         // What a f64 can count.
         let count = |i: usize| (counts[i] >> 11) as f64;
         Row {
@@ -177,11 +177,13 @@ mod tests {
             parameter_norm: v[10],
             gradient_norm: v[11],
             task: v[12],
+            output_entropy_nats: v[13],
+            gradient_error: v[14],
         }
     }
 
     fn any_rows() -> impl Strategy<Value = Vec<Row>> {
-        proptest::collection::vec((any::<[u64; 4]>(), any::<[f64; 13]>()).prop_map(row), 0..12)
+        proptest::collection::vec((any::<[u64; 4]>(), any::<[f64; 15]>()).prop_map(row), 0..12)
     }
 
     #[test]
@@ -189,14 +191,17 @@ mod tests {
         let row =
             Row { update: 3, control_steps: 300, reward: 0.1, penalty: 1e-4, ..Row::default() };
         let text = Columns::all().line(&row).unwrap();
-        assert_eq!(text, "3,300,0.1,0.0,0.0,0.0,0.0,0.0,0.0001,0.0,0.0,0.0,0,0,0.0,0.0,0.0\n");
+        assert_eq!(
+            text,
+            "3,300,0.1,0.0,0.0,0.0,0.0,0.0,0.0001,0.0,0.0,0.0,0,0,0.0,0.0,0.0,0.0,0.0\n"
+        );
         let extremes = [f64::MIN_POSITIVE, -f64::MAX, f64::NAN, f64::NEG_INFINITY];
         let longest = line(&row_of(extremes));
         assert!(longest.len() as u64 <= TAIL / 2, "{} bytes", longest.len());
     }
 
     fn row_of([a, b, c, d]: [f64; 4]) -> Row {
-        row(([u64::MAX; 4], [a, b, c, d, a, b, a, b, a, b, a, b, a]))
+        row(([u64::MAX; 4], [a, b, c, d, a, b, a, b, a, b, a, b, a, b, a]))
     }
 
     #[test]
@@ -217,7 +222,7 @@ mod tests {
     #[test]
     fn mistakes_are_named_by_line_and_column() {
         let rows = [Row::default(); 2];
-        let (_folder, path) = file(&rows, b"3,300,0.1,zero,0,0,0,0,0,0,0,0,0,0,0,0,0\n");
+        let (_folder, path) = file(&rows, b"3,300,0.1,zero,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0\n");
         let all = read_all(&path).unwrap_err().to_string();
         assert!(
             all.ends_with(": damaged: line 4: column R_MI_nats: invalid float literal"),
@@ -228,7 +233,7 @@ mod tests {
 
         let (_folder, path) = file(&rows, b"3,300,0.1\n");
         let all = read_all(&path).unwrap_err().to_string();
-        assert!(all.ends_with(": damaged: line 4: expected 17 numbers, found 3"), "{all}");
+        assert!(all.ends_with(": damaged: line 4: expected 19 numbers, found 3"), "{all}");
 
         let (_folder, path) = file(&rows, b"");
         let other = fs::read_to_string(&path).unwrap().replace("penalty", "Penalty");
@@ -236,7 +241,10 @@ mod tests {
         for error in [read_all(&path).unwrap_err(), read_last(&path).unwrap_err()] {
             let error = error.to_string();
             assert!(error.contains("line 1: expected the columns update,control"), "{error}");
-            assert!(error.ends_with(",gradient_norm, then any of task"), "{error}");
+            assert!(
+                error.contains(",gradient_norm, then any of task,output_entropy_nats,"),
+                "{error}"
+            );
         }
     }
 
@@ -245,7 +253,7 @@ mod tests {
     fn a_file_that_was_begun_without_a_column_has_none_of_its_values() {
         let (_folder, path) = file(&[], b"");
         let header = header_line();
-        let old = header.strip_suffix(",task\n").unwrap();
+        let old = header.strip_suffix(",task,output_entropy_nats,gradient_error\n").unwrap();
         let rows =
             "1,10,0.5,0,0,0,0.25,0,0,1,0,0,0,0,7.5,0.125\n2,20,0,0,0,0,0,0,0,1,0,0,0,0,8,0\n";
         fs::write(&path, format!("{old}\n{rows}")).unwrap();

@@ -57,6 +57,12 @@ pub struct Row {
     /// The extrinsic reward as it is: the task's own value, in the unit of its kind.
     #[serde(default = "absent")]
     pub task: f64,
+    /// How uncertain the policy's outputs were given the inputs: nats for each bit, 0 to log 2.
+    #[serde(default = "absent")]
+    pub output_entropy_nats: f64,
+    /// Standard error of the gradient that the update followed, as its norm is; NaN where it isn't known.
+    #[serde(default = "absent")]
+    pub gradient_error: f64,
 }
 
 fn absent() -> f64 {
@@ -105,6 +111,8 @@ impl Row {
             parameter_norm: mean(|row| row.parameter_norm),
             gradient_norm: mean(|row| row.gradient_norm),
             task: mean(|row| row.task),
+            output_entropy_nats: mean(|row| row.output_entropy_nats),
+            gradient_error: mean(|row| row.gradient_error),
         }
     }
 }
@@ -134,7 +142,7 @@ const fn column(
 
 /// All columns, in their order.
 #[rustfmt::skip]
-pub const COLUMNS: [Column; 17] = [
+pub const COLUMNS: [Column; 19] = [
     column("update", "update", "", |row| row.update as f64),
     column("control_steps", "control steps", "", |row| row.control_steps as f64),
     column("R", "reward", "reward", |row| row.reward),
@@ -152,6 +160,8 @@ pub const COLUMNS: [Column; 17] = [
     column("parameter_norm", "norm of the parameters", "", |row| row.parameter_norm),
     column("gradient_norm", "norm of the gradient", "", |row| row.gradient_norm),
     column("task", "the task's own value", "", |row| row.task),
+    column("output_entropy_nats", "entropy of the outputs", "nats per bit", |row| row.output_entropy_nats),
+    column("gradient_error", "standard error of the gradient", "", |row| row.gradient_error),
 ];
 
 /// Those of the first version, which every file has.

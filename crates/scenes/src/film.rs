@@ -6,6 +6,7 @@ use std::{
     os::unix::fs::PermissionsExt,
     path::Path,
     process::{Command, Stdio},
+    thread,
 };
 
 use nalgebra::{Point3, Vector3};
@@ -28,6 +29,9 @@ const VIEW: [f64; 3] = [0.8, 0.8, 0.62];
 const ANGLE_DEGREES: f64 = 34.0;
 /// Of the camera's distance, for each metre that the robot reaches from its centre.
 const DISTANCE: f64 = 2.95;
+
+/// Pixels of pictures that wait for their turn at most.
+const WAITING_PIXELS: usize = 64_000_000;
 
 /// Frames a second. GIF counts in hundredths of a second.
 pub const GIF_HZ: f64 = 12.5;
@@ -78,7 +82,8 @@ impl<'a> Film<'a> {
         let eye = target + view * (DISTANCE * self.reach_m / narrow);
         let camera = Camera::perspective(eye, target, ANGLE_DEGREES, self.size);
         let scene = self.scene(frame, &view)?;
-        let mut picture = scene.picture(&camera);
+        // By one thread: others are at other pictures.
+        let mut picture = scene.picture_by(&camera, 1);
         self.draw_path(&mut picture, &scene, &camera, frame);
         let step = frame / self.clip.recording().layout.frames_per_step;
         let step = self.clip.recording().first_control_step + step as u64 + 1;
@@ -130,6 +135,26 @@ impl<'a> Film<'a> {
         }
     }
 
+    /// Makes something of each picture, by all cores, and takes it in their order, until it's told to stop.
+    fn in_order<T: Send>(
+        &self,
+        make: impl Fn(usize) -> Result<T, Error> + Sync,
+        mut take: impl FnMut(usize, T) -> Result<bool, Error>,
+    ) -> Result<(), Error> {
+        let n_threads = thread::available_parallelism().map_or(1, usize::from);
+        let most = WAITING_PIXELS / (self.size[0] * self.size[1]).max(1);
+        let indices: Vec<_> = (0..self.n_pictures()).collect();
+        for some in indices.chunks((4 * n_threads).min(most).max(1)) {
+            let made = runs::parallel::map(some, |&i| make(i));
+            for (&i, made) in some.iter().zip(made) {
+                if !take(i, made?)? {
+                    return Ok(());
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// The bytes of a GIF file that plays for ever. `progress` is told how many pictures are done.
     ///
     /// # Errors
@@ -141,13 +166,17 @@ impl<'a> Film<'a> {
         let mut bytes = Vec::new();
         let mut encoder = gif::Encoder::new(&mut bytes, width, height, &[])?;
         encoder.set_repeat(gif::Repeat::Infinite)?;
-        for i in 0..self.n_pictures() {
+        let frame = |i: usize| {
             let picture = self.picture(i)?;
             let mut frame = gif::Frame::from_rgb_speed(width, height, picture.bytes(), 20);
             frame.delay = (100.0 / self.hz).round() as u16;
+            Ok(frame)
+        };
+        self.in_order(frame, |i, frame| {
             encoder.write_frame(&frame)?;
             progress(i + 1);
-        }
+            Ok(true)
+        })?;
         drop(encoder);
         Ok(bytes)
     }
@@ -168,15 +197,15 @@ impl<'a> Film<'a> {
         let mut ffmpeg = self.ffmpeg(temporary.path())?;
         let mut input = ffmpeg.stdin.take();
         let mut broken = false;
-        for i in 0..self.n_pictures() {
-            // If it has ended early, it says why.
-            let picture = self.picture(i)?;
-            broken = input.as_mut().is_none_or(|it| it.write_all(picture.bytes()).is_err());
-            if broken {
-                break;
-            }
-            progress(i + 1);
-        }
+        self.in_order(
+            |i| self.picture(i),
+            |i, picture| {
+                // If it has ended early, it says why.
+                broken = input.as_mut().is_none_or(|it| it.write_all(picture.bytes()).is_err());
+                progress(i + 1);
+                Ok(!broken)
+            },
+        )?;
         drop(input);
         let ended = ffmpeg.wait_with_output().map_err(unwritten)?;
         if broken || !ended.status.success() {

@@ -122,7 +122,7 @@ impl Group {
         let better = place(0.75).zip(place(1.0));
         Self {
             name,
-            mixes: arms.iter().map(|arm| Mix::of(run, arm)).collect(),
+            mixes: arms.iter().map(Mix::of).collect(),
             improvement: better.and_then(|(a, b)| improvement_of(&run.settings, a, b)),
             correlation: correlation(arms),
             statements: statements::all(run, arms),
@@ -131,11 +131,12 @@ impl Group {
 }
 
 impl Mix {
-    fn of(run: &Results, arm: &Arm<'_>) -> Self {
+    fn of(arm: &Arm<'_>) -> Self {
         let of = |values: &[f64], statistic: Statistic| {
             Estimate::of([values], REPLICATES, |[values]| statistic(values))
         };
-        let nats: Vec<_> = arm.setting.cells.iter().map(|cell| last_nats(run, cell)).collect();
+        let nats: Vec<_> =
+            arm.setting.cells.iter().map(|cell| last_nats(arm.setting, cell)).collect();
         Self {
             xi: arm.xi,
             n: arm.last.len(),
@@ -165,9 +166,9 @@ fn without_xi(name: &str) -> String {
 }
 
 /// The mean information in a cell's last window.
-fn last_nats(run: &Results, cell: &CellResults) -> f64 {
+fn last_nats(setting: &Setting, cell: &CellResults) -> f64 {
     let nats = &cell.intrinsic_nats;
-    mean(&nats[nats.len() - run.window_rows().min(nats.len())..])
+    mean(&nats[nats.len() - setting.window_rows().min(nats.len())..])
 }
 
 fn median(values: &[f64]) -> f64 {
@@ -394,13 +395,13 @@ mod tests {
     fn rows_that_are_means_say_the_same() {
         let whole = results(&as_in_the_paper());
         let mut thin = whole.clone();
-        thin.every = 5;
+        thin.settings.iter_mut().for_each(|setting| setting.every = 5);
         let means = |values: &[f64]| values.chunks(5).map(mean).collect::<Vec<_>>();
         for cell in thin.settings.iter_mut().flat_map(|setting| &mut setting.cells) {
             cell.performance = means(&cell.performance);
             cell.intrinsic_nats = means(&cell.intrinsic_nats);
         }
-        crate::Outcome::evaluate(&mut thin);
+        crate::Outcome::evaluate(std::slice::from_mut(&mut thin));
         let (whole, thin) = (Findings::of(&whole), Findings::of(&thin));
         assert_eq!(whole.groups[0].correlation, thin.groups[0].correlation);
         for (a, b) in whole.groups[0].mixes.iter().zip(&thin.groups[0].mixes) {

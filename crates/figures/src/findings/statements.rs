@@ -59,7 +59,7 @@ pub(super) fn all(run: &Results, arms: &[Arm<'_>]) -> Vec<Statement> {
 
 /// How all is judged.
 pub(super) fn notes(run: &Results) -> Vec<String> {
-    let (symbol, window) = (&run.measure.symbol, run.window);
+    let (symbol, window) = (&run.measure.symbol, run.windows());
     vec![
         format!(
             "A value is a cell's mean {symbol} over its last {window} updates; in brackets the 95 % \
@@ -75,7 +75,7 @@ pub(super) fn notes(run: &Results) -> Vec<String> {
             "High: at least half of the highest mean of all xi. Improving: reaching, with means over \
              {} updates, half of the way from the first window to the best one; only cells that made \
              significant progress. Rising: the last window over the one before.",
-            finer(run) * run.every
+            finest(run)
         ),
         "No significant progress: the gain over the first window is less than a tenth of the run's \
          largest, or not significant (Welch's t-test, 5 %). Collapsed: the best window showed progress, \
@@ -107,13 +107,14 @@ fn later(run: &Results, arms: &[Arm<'_>]) -> Vec<Evidence> {
     let later = match find(arms, 0.75) {
         None => none_of(0.75),
         Some(other) => {
-            let onsets = [half, other].map(|arm| onsets(run, arm.setting));
+            let onsets = [half, other].map(|arm| onsets(arm.setting));
             let what = "median update of improvement minus that of xi = 0.75";
             let [x, y] = [&onsets[0][..], &onsets[1][..]];
             difference(what.into(), "updates", [x, y], |x, y| median(x) - median(y))
         }
     };
-    let gains: Vec<_> = half.setting.cells.iter().filter_map(|it| last_gain(run, it)).collect();
+    let gains: Vec<_> =
+        half.setting.cells.iter().filter_map(|it| last_gain(half.setting, it)).collect();
     let rising = Evidence::of(
         "mean of the last window minus that of the one before".into(),
         &run.measure.unit,
@@ -194,25 +195,30 @@ fn share(n_true: usize, n: usize) -> Option<Estimate> {
 }
 
 /// Rows of an onset's smoothing window.
-fn finer(run: &Results) -> usize {
-    (run.window_rows() / FINER).max(1)
+fn finer(setting: &Setting) -> usize {
+    (setting.window_rows() / FINER).max(1)
+}
+
+/// The same in updates: the longest of all settings.
+fn finest(run: &Results) -> usize {
+    run.settings.iter().map(|it| finer(it) * it.every).max().unwrap_or(1)
 }
 
 /// When each cell that made progress at some time came half of the way to its best window.
-fn onsets(run: &Results, setting: &Setting) -> Vec<f64> {
+fn onsets(setting: &Setting) -> Vec<f64> {
     let is_told =
         |it: &&CellResults| [it.outcome.progressed, it.outcome.collapsed].contains(&Some(true));
     let onset = |cell: &CellResults| {
         let half = 0.5 * (cell.outcome.first + cell.outcome.best);
-        let points = window_means(&cell.performance, finer(run), run.every);
+        let points = window_means(&cell.performance, finer(setting), setting.every);
         points.into_iter().find(|[_, value]| *value >= half).map(|[update, _]| update)
     };
     setting.cells.iter().filter(is_told).filter_map(onset).collect()
 }
 
 /// The mean of a cell's last window minus that of the one before; none if it's too short.
-fn last_gain(run: &Results, cell: &CellResults) -> Option<f64> {
-    let (values, window) = (&cell.performance, run.window_rows());
+fn last_gain(setting: &Setting, cell: &CellResults) -> Option<f64> {
+    let (values, window) = (&cell.performance, setting.window_rows());
     let before = values.len().checked_sub(2 * window)?;
     let (before, last) = values[before..].split_at(window);
     Some(mean(last) - mean(before))

@@ -203,6 +203,11 @@ impl Policy for Crbm {
         Ok(self.machine.act(inputs, &mut self.chains, outputs)?)
     }
 
+    /// An estimate: [`crbm::Policy::entropy_nats`].
+    fn entropy_nats(&mut self, outputs: &[bool]) -> Result<f64, Error> {
+        Ok(self.machine.entropy_nats(outputs)?)
+    }
+
     fn links(&self) -> Vec<Link> {
         super::links(self.machine.layout(), 0)
     }

@@ -16,7 +16,7 @@ use serde::Serialize;
 use super::Build;
 use crate::{
     Error, Link, Policy, Structure,
-    error::zeros,
+    error::{check_length, zeros},
     policy::check_act,
     tensors::{Tensors, expect_same_layout},
     uniform::Uniform,
@@ -86,6 +86,12 @@ fn probability(bias: f64, weights: &[f64], inputs: &[bool]) -> f64 {
     1.0 / (1.0 + libm::exp(-seen.fold(bias, |sum, weight| sum + weight)))
 }
 
+/// Of a bit that is on with probability p.
+fn bit_entropy_nats(p: f64) -> f64 {
+    let part = |p: f64| if p > 0.0 { -p * libm::log(p) } else { 0.0 };
+    part(p) + part(1.0 - p)
+}
+
 impl Policy for Logistic {
     fn n_inputs(&self) -> usize {
         self.n_inputs
@@ -129,6 +135,14 @@ impl Policy for Logistic {
         Ok(())
     }
 
+    /// Exact.
+    fn entropy_nats(&mut self, outputs: &[bool]) -> Result<f64, Error> {
+        check_length("Policy::entropy_nats", "outputs", self.n_outputs, outputs.len())?;
+        // 1 - p(y_i), of which a bit has the same entropy as of p(y_i).
+        let of_bits = self.surprise.iter().map(|surprise| bit_entropy_nats(surprise.abs()));
+        Ok(of_bits.sum::<f64>() / self.n_outputs as f64)
+    }
+
     fn links(&self) -> Vec<Link> {
         let n_weights = self.n_outputs * self.n_inputs;
         let bias = |weight| Some(n_weights + weight / self.n_inputs);
@@ -169,5 +183,14 @@ mod tests {
         assert!((p - 1.0 / (1.0 + f64::exp(0.5))).abs() < 1e-15);
         assert_eq!(probability(1e9, &[], &[]), 1.0);
         assert_eq!(probability(-1e9, &[], &[]), 0.0);
+    }
+
+    #[test]
+    fn a_bit_has_its_entropy() {
+        assert_eq!([0.0, 1.0].map(bit_entropy_nats), [0.0, 0.0]);
+        assert!((bit_entropy_nats(0.5) - std::f64::consts::LN_2).abs() < 1e-15);
+        // 1/4 log 4 + 3/4 log 4/3
+        assert!((bit_entropy_nats(0.25) - 0.562_335_144_618_808_4).abs() < 1e-15);
+        assert_eq!(bit_entropy_nats(0.25), bit_entropy_nats(0.75));
     }
 }

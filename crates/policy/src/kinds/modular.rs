@@ -231,6 +231,16 @@ impl Policy for Modular {
         self.modules.iter_mut().try_for_each(|module| module.act(inputs, outputs, None))
     }
 
+    /// An estimate, as that of its machines: [`crbm::Policy::entropy_nats`].
+    fn entropy_nats(&mut self, outputs: &[bool]) -> Result<f64, Error> {
+        check_length("Policy::entropy_nats", "outputs", self.n_outputs, outputs.len())?;
+        let mut sum = 0.0;
+        for Module { machine, y, .. } in &mut self.modules {
+            sum += machine.entropy_nats(y)? * y.len() as f64;
+        }
+        Ok(sum / self.n_outputs as f64)
+    }
+
     /// Each module's chains are a stream of their own: `policy/front left`.
     fn links(&self) -> Vec<Link> {
         let of = |module: &Module| super::links(module.machine.layout(), module.parameters.start);

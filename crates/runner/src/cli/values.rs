@@ -1,6 +1,13 @@
 //! Values of arguments that are several in one word.
 
-use std::{ops::Range, str::FromStr};
+use std::{
+    ffi::OsString,
+    ops::Range,
+    path::{Path, PathBuf},
+    str::FromStr,
+};
+
+use figures::FIGURES;
 
 /// Some cells in a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,6 +34,36 @@ pub struct Size {
     pub width: usize,
     /// The height in pixels, 16 to 4096.
     pub height: usize,
+}
+
+/// What `itarl plot` takes: a run, or a figure by its name. A run in a folder that is called like a figure
+/// is named by `./final`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Shown {
+    /// A run's folder.
+    Run(PathBuf),
+    /// A figure's name.
+    Figure(&'static str),
+}
+
+impl Shown {
+    /// A word of the command line.
+    ///
+    /// # Errors
+    /// One that is neither.
+    pub fn parse(word: OsString) -> Result<Self, String> {
+        let mut names = FIGURES.iter().map(|it| it.name);
+        if let Some(name) = names.clone().find(|name| word == **name) {
+            return Ok(Self::Figure(name));
+        }
+        let path = Path::new(&word);
+        // A path is told by its parts, and what's wrong with it by whoever opens it.
+        if path.exists() || path.components().count() > 1 {
+            return Ok(Self::Run(path.into()));
+        }
+        let names: Vec<_> = names.by_ref().collect();
+        Err(format!("neither a run's folder nor a figure; figures: {}", names.join(", ")))
+    }
 }
 
 impl FromStr for Cells {

@@ -1,21 +1,21 @@
 //! `itarl findings`: the paper's statements, and what a run says to each.
 
-use std::path::Path;
+use std::path::PathBuf;
 
 use comfy_table::{CellAlignment, Table, presets::ASCII_MARKDOWN};
 use figures::{Findings, Group, Information, Measure, STATISTICS, three_digits};
 
-use super::{Outcome, print_line, published_note};
+use super::{Outcome, joined, print_line, published_notes};
 use crate::{
-    catalogue::Catalogue,
+    comparison::Comparison,
     progress::{Counter, notify},
 };
 
-pub(super) fn findings(folder: &Path) -> anyhow::Result<Outcome> {
-    let counter = Counter::new(folder.display().to_string());
-    let catalogue = Catalogue::open(folder)?;
+pub(super) fn findings(folders: &[PathBuf]) -> anyhow::Result<Outcome> {
+    let counter = Counter::new(joined(folders));
+    let comparison = Comparison::open(folders)?;
     let (results, omitted) =
-        catalogue.results(&|done, total| counter.report(done, total, "cells read"))?;
+        comparison.results(&|done, total| counter.report(done, total, "cells read"))?;
     counter.aside(|| omitted.iter().for_each(notify));
     let findings = Findings::of(&results);
     findings.groups.iter().try_for_each(|group| print_group(group, &results.measure))?;
@@ -23,7 +23,7 @@ pub(super) fn findings(folder: &Path) -> anyhow::Result<Outcome> {
         print_line(format_args!("{name}: left out, since its xi changes"))?;
     }
     findings.notes.iter().try_for_each(print_line)?;
-    published_note(&catalogue).iter().try_for_each(print_line)?;
+    published_notes(&comparison).iter().try_for_each(print_line)?;
     results.measure.caveats.iter().try_for_each(print_line)?;
     Ok(if omitted.is_empty() { Outcome::Done } else { Outcome::Failed })
 }

@@ -1,11 +1,13 @@
 //! What the commands do, one file each.
 
 mod bench;
+mod check;
 mod config;
 mod findings;
 mod import;
 mod json;
 mod landscape;
+mod man;
 mod merge;
 mod model;
 mod plot;
@@ -21,6 +23,7 @@ mod train;
 
 use std::{
     io::{self, Write},
+    path::PathBuf,
     process::ExitCode,
 };
 
@@ -32,6 +35,7 @@ use figures::plain;
 use crate::{
     catalogue::Catalogue,
     cli::{Cli, Command, ExperimentFile},
+    comparison::Comparison,
     experiment::Plan,
     progress::notify,
 };
@@ -73,14 +77,16 @@ pub fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Summary(arguments) => summary::summary(&arguments),
         Command::Plot(arguments) => plot::plot(&arguments),
         Command::Config(arguments) => config::config(arguments),
-        Command::Findings { run } => findings::findings(&run),
+        Command::Check(arguments) => check::check(&arguments),
+        Command::Findings { runs } => findings::findings(&runs),
         Command::Publish(arguments) => publish::publish(&arguments),
         Command::Rollout(arguments) => rollout::rollout(&arguments),
         Command::Landscape(arguments) => landscape::landscape(&arguments),
-        Command::Report { run } => report::report(&run),
+        Command::Report(arguments) => report::report(&arguments),
         Command::Replay(arguments) => replay::replay(&arguments),
         Command::Model(arguments) => model::model(&arguments),
         Command::Bench(arguments) => bench::bench(&arguments),
+        Command::Man { out } => man::man(out.as_deref()),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "itarl", &mut script);
@@ -106,6 +112,23 @@ fn published_note(catalogue: &Catalogue) -> Option<String> {
         1 => "published, to be read: it has no checkpoints".into(),
         n => format!("published, to be read: a row is a mean over {n} updates; no checkpoints"),
     })
+}
+
+/// The same of several, with whose it is.
+fn published_notes(comparison: &Comparison) -> Vec<String> {
+    let note = |catalogue: &Catalogue| {
+        let note = published_note(catalogue)?;
+        Some(match comparison.alone() {
+            Some(_) => note,
+            None => format!("{}: {note}", catalogue.run().folder().display()),
+        })
+    };
+    comparison.catalogues().iter().filter_map(note).collect()
+}
+
+/// What runs are called together, for whoever waits.
+fn joined(folders: &[PathBuf]) -> String {
+    folders.iter().map(|it| it.display().to_string()).collect::<Vec<_>>().join(", ")
 }
 
 /// Prints a text and a line break.

@@ -1,32 +1,37 @@
-//! `itarl plot`: the figures of a run and their tables, into its folder `plots/`.
+//! `itarl plot`: the figures of a run and their tables, into its folder `plots/`; or those of several runs,
+//! each in all of them.
 
-use std::{collections::BTreeSet, fs};
+use std::{collections::BTreeSet, fs, path::PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use figures::{Error, FIGURES, Figure, Options, Results};
 use runs::atomic;
 
-use super::{Outcome, print_line};
+use super::{Outcome, joined, print_line};
 use crate::{
-    catalogue::Catalogue,
-    cli::{Format, Plot},
+    cli::{Format, Plot, Shown},
+    comparison::Comparison,
     progress::{Counter, notify},
 };
 
 pub(super) fn plot(arguments: &Plot) -> anyhow::Result<Outcome> {
-    let counter = Counter::new(arguments.run.display().to_string());
-    let catalogue = Catalogue::open(&arguments.run)?;
+    let (runs, asked) = sorted_out(&arguments.shown)?;
+    let counter = Counter::new(joined(&runs));
+    let comparison = Comparison::open(&runs)?;
     let (results, omitted) =
-        catalogue.results(&|done, total| counter.report(done, total, "cells read"))?;
+        comparison.results(&|done, total| counter.report(done, total, "cells read"))?;
     counter.aside(|| omitted.iter().for_each(notify));
 
-    let folder = arguments.run.join("plots");
+    let folder = arguments.out.clone().unwrap_or_else(|| match &runs[..] {
+        [run] => run.join("plots"),
+        _ => PathBuf::from("comparison"),
+    });
     fs::create_dir_all(&folder).with_context(|| format!("{}: making it", folder.display()))?;
     // Each once, however often it's asked for.
     let formats: BTreeSet<_> = arguments.format.iter().copied().collect();
     let options = Options { settings: arguments.settings.clone(), two_best: arguments.two_best };
-    let is_asked = |figure: &&Figure| arguments.figures.iter().any(|name| name == figure.name);
-    let all = arguments.figures.is_empty();
+    let is_asked = |figure: &&Figure| asked.contains(&figure.name);
+    let all = asked.is_empty();
     let figures: Vec<_> = FIGURES.iter().filter(|figure| all || is_asked(figure)).collect();
 
     let mut is_missing = false;
@@ -45,6 +50,21 @@ pub(super) fn plot(arguments: &Plot) -> anyhow::Result<Outcome> {
         counter.report(i + 1, figures.len(), "figures drawn");
     }
     Ok(if omitted.is_empty() && !is_missing { Outcome::Done } else { Outcome::Failed })
+}
+
+/// The runs and the figures that are named, as they come.
+fn sorted_out(shown: &[Shown]) -> anyhow::Result<(Vec<PathBuf>, Vec<&'static str>)> {
+    let (mut runs, mut figures) = (Vec::new(), Vec::new());
+    for it in shown {
+        match it {
+            Shown::Run(folder) => runs.push(folder.clone()),
+            Shown::Figure(name) => figures.push(*name),
+        }
+    }
+    if runs.is_empty() {
+        bail!("a run's folder expected, got figures alone: {}", figures.join(", "));
+    }
+    Ok((runs, figures))
 }
 
 /// A file's name and bytes.

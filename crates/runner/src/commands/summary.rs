@@ -2,7 +2,10 @@
 //!
 //! Each cell gives the mean of a value over its early updates and that over its late ones. A
 //! [paired t-test](paired_t) over the cells of a setting asks whether
-//! what the run is judged by, its task's own value, is higher late.
+//! what the run is judged by, its task's own value, is higher late. Several runs have one table;
+//! `comparing.rs` says which of them is better, and in what they differ.
+
+mod comparing;
 
 use anyhow::{Context, bail};
 use comfy_table::{CellAlignment, Table, presets::ASCII_MARKDOWN};
@@ -14,10 +17,11 @@ use figures::{
 use runs::Row;
 use serde::Serialize;
 
-use super::{Outcome, json::print_json, print_line, published_note};
+use super::{Outcome, json::print_json, print_line, published_notes};
 use crate::{
-    catalogue::{Catalogue, RunCell},
+    catalogue::RunCell,
     cli::{Summary, Updates},
+    comparison::Comparison,
     progress::notify,
 };
 
@@ -29,48 +33,45 @@ struct Windows {
 }
 
 pub(super) fn summary(arguments: &Summary) -> anyhow::Result<Outcome> {
-    let catalogue = Catalogue::open(&arguments.run)?;
-    let measure = catalogue.measure();
-    require_whole(arguments, catalogue.every())?;
-    let Read { windows, settings, left_out, outcome } = Read::of(&catalogue, &measure, arguments)?;
-    let Some([early, late]) = windows.filter(|_| !settings.is_empty()) else {
-        bail!("{}: no cell has the updates that are asked for", arguments.run.display());
-    };
-    let settings: Vec<_> =
-        settings.iter().map(|(name, of)| Learned::of(name.clone(), of)).collect();
-    if arguments.print.json {
-        let run = arguments.run.display().to_string();
-        let performance = Performance { symbol: &measure.symbol, unit: &measure.unit };
-        print_json("summary", Report { run, early, late, performance, settings, left_out })?;
-        return Ok(outcome);
+    let comparison = Comparison::open(&arguments.runs)?;
+    let measure = comparison.measure()?;
+    let catalogues = comparison.catalogues();
+    catalogues.iter().try_for_each(|it| require_whole(arguments, it.every()))?;
+    let mut read = Vec::new();
+    for run in 0..catalogues.len() {
+        read.push(OfRun::read(&comparison, run, &measure, arguments)?);
     }
-    print_line(format_args!("means over updates {early} (early) and {late} (late)"))?;
-    print_line(table(&settings, &measure))?;
-    print_line(format_args!(
-        "p: one-sided paired t-test of {}, late above early, over a setting's seeds; - of one seed",
-        measure.symbol
-    ))?;
-    published_note(&catalogue).iter().try_for_each(print_line)?;
-    measure.caveats.iter().try_for_each(print_line)?;
-    Ok(outcome)
+    if arguments.print.json {
+        read.iter().try_for_each(|it| it.print_json(&measure))?;
+    } else {
+        print_all(&comparison, &read, &measure)?;
+    }
+    Ok(if read.iter().all(|it| it.unreadable == 0) { Outcome::Done } else { Outcome::Failed })
 }
 
-/// What all cells did, as far as they can be read and have the updates.
-struct Read {
-    /// The early and the late updates; none before a cell is read.
-    windows: Option<[Updates; 2]>,
-    /// In the order of the sweep.
-    settings: Vec<(String, Vec<Windows>)>,
+/// What a run's cells learned.
+struct OfRun {
+    run: String,
+    early: Updates,
+    late: Updates,
+    settings: Vec<Learned>,
+    /// Cells that don't have these updates, or can't be read.
     left_out: Vec<String>,
-    outcome: Outcome,
+    unreadable: usize,
 }
 
-impl Read {
-    /// Says what it leaves out.
-    fn of(catalogue: &Catalogue, measure: &Measure, arguments: &Summary) -> anyhow::Result<Self> {
+impl OfRun {
+    /// What can't be read is said.
+    fn read(
+        comparison: &Comparison,
+        run: usize,
+        measure: &Measure,
+        arguments: &Summary,
+    ) -> anyhow::Result<Self> {
+        let catalogue = &comparison.catalogues()[run];
         let every = catalogue.every();
-        let (windows, settings, left_out) = (None, Vec::new(), Vec::new());
-        let mut read = Self { windows, settings, left_out, outcome: Outcome::Done };
+        let mut settings: Vec<(String, Vec<Windows>)> = Vec::new();
+        let (mut windows, mut left_out, mut unreadable) = (None, Vec::new(), 0);
         for run_cell in catalogue.cells() {
             let RunCell { cell, folder, .. } = run_cell;
             let path = folder.metrics();
@@ -78,35 +79,67 @@ impl Read {
                 Ok(rows) if rows.is_empty() && !path.exists() => continue,
                 Ok(rows) => rows,
                 Err(error) => {
-                    read.left_out.push(cell.folder().display().to_string());
-                    notify(Omitted::new(cell.folder().display(), error));
-                    read.outcome = Outcome::Failed;
+                    left_out.push(cell.folder().display().to_string());
+                    let omitted = Omitted::new(cell.folder().display(), error);
+                    notify(comparison.of_run(run, omitted));
+                    unreadable += 1;
                     continue;
                 }
             };
             let n = rows.len() as u64 * every;
-            let [early, late] = *read.windows.get_or_insert_with(|| chosen(arguments, n, every));
+            let [early, late] = *windows.get_or_insert_with(|| chosen(arguments, n, every));
             let mean = |window| means(&rows, measure, window, every);
             let (Some(first), Some(second)) = (mean(early), mean(late)) else {
-                read.left_out.push(cell.folder().display().to_string());
+                left_out.push(cell.folder().display().to_string());
                 if !arguments.print.json {
                     print_line(format_args!("{}: left out, it has {n} updates", path.display()))?;
                 }
                 continue;
             };
-            let cell_windows =
+            let learned =
                 Windows { intrinsic_nats: [first.0, second.0], performance: [first.1, second.1] };
-            read.add(&cell.setting, cell_windows);
+            match settings.iter_mut().find(|(setting, _)| *setting == cell.setting) {
+                Some((_, cells)) => cells.push(learned),
+                None => settings.push((cell.setting.clone(), vec![learned])),
+            }
         }
-        Ok(read)
+        let folder = catalogue.run().folder().display().to_string();
+        let Some([early, late]) = windows.filter(|_| !settings.is_empty()) else {
+            bail!("{folder}: no cell has the updates that are asked for");
+        };
+        let settings = settings.into_iter().map(|(name, of)| Learned::of(name, &of)).collect();
+        Ok(Self { run: folder, early, late, settings, left_out, unreadable })
     }
 
-    fn add(&mut self, setting: &str, cell: Windows) {
-        match self.settings.iter_mut().find(|(name, _)| name == setting) {
-            Some((_, cells)) => cells.push(cell),
-            None => self.settings.push((setting.to_owned(), vec![cell])),
-        }
+    fn print_json(&self, measure: &Measure) -> anyhow::Result<()> {
+        let Self { run, early, late, settings, left_out, .. } = self;
+        let performance = Performance { symbol: &measure.symbol, unit: &measure.unit };
+        print_json("summary", Report { run, early, late, performance, settings, left_out })
     }
+}
+
+/// A table of all settings; of several runs also what differs, and which is better.
+fn print_all(comparison: &Comparison, read: &[OfRun], measure: &Measure) -> anyhow::Result<()> {
+    for OfRun { run, early, late, .. } in read {
+        let run = comparison.alone().map_or(format!("{run}: "), |_| String::new());
+        print_line(format_args!("{run}means over updates {early} (early) and {late} (late)"))?;
+    }
+    let rows = read.iter().enumerate().flat_map(|(run, of)| {
+        of.settings.iter().map(move |it| (comparison.named(run, &it.setting), it))
+    });
+    let rows: Vec<_> = rows.collect();
+    print_line(table(&rows, measure))?;
+    print_line(format_args!(
+        "p: one-sided paired t-test of {}, late above early, over a setting's seeds; - of one seed",
+        measure.symbol
+    ))?;
+    if comparison.alone().is_none() {
+        print_line(comparing::interquartile_means(&rows, measure))?;
+        comparing::better(comparison, read, measure)?;
+        comparing::differences(comparison)?;
+    }
+    published_notes(comparison).iter().try_for_each(print_line)?;
+    measure.caveats.iter().try_for_each(print_line)
 }
 
 /// What the cells of a setting learned; early and late where there are two numbers.
@@ -120,6 +153,9 @@ struct Learned {
     best_late: f64,
     t: Option<f64>,
     p: Option<f64>,
+    /// Of each cell, late.
+    #[serde(skip)]
+    late: Vec<f64>,
 }
 
 impl Learned {
@@ -138,6 +174,7 @@ impl Learned {
             best_late: late.iter().copied().fold(f64::NEG_INFINITY, f64::max),
             t: test.map(|(t, _)| t),
             p: test.map(|(_, p)| p),
+            late,
         }
     }
 }
@@ -145,13 +182,12 @@ impl Learned {
 /// What `--json` prints.
 #[derive(Serialize)]
 struct Report<'a> {
-    run: String,
-    early: Updates,
-    late: Updates,
+    run: &'a str,
+    early: &'a Updates,
+    late: &'a Updates,
     performance: Performance<'a>,
-    settings: Vec<Learned>,
-    /// Cells that don't have these updates, or can't be read.
-    left_out: Vec<String>,
+    settings: &'a [Learned],
+    left_out: &'a [String],
 }
 
 /// What cells are judged by.
@@ -198,7 +234,7 @@ fn means(rows: &[Row], measure: &Measure, window: Updates, every: u64) -> Option
         .then(|| (mean_of(&|row| row.intrinsic_nats), mean_of(&|row| measure.of(row))))
 }
 
-fn table(settings: &[Learned], measure: &Measure) -> Table {
+fn table(settings: &[(String, &Learned)], measure: &Measure) -> Table {
     let mut table = Table::new();
     let information = measure.information.as_ref();
     let early_and_late = |heading: String| [format!("{heading} early"), "late".into()];
@@ -210,7 +246,7 @@ fn table(settings: &[Learned], measure: &Measure) -> Table {
     let header: Vec<_> = header.collect();
     let n_columns = header.len();
     table.load_preset(ASCII_MARKDOWN).set_header(header);
-    for it in settings {
+    for (name, it) in settings {
         let nats = information.map(|_| it.intrinsic_nats.map(|nats| format!("{nats:.4}")));
         let performance = [
             format!("{:+.5}", it.performance[0]),
@@ -220,7 +256,7 @@ fn table(settings: &[Learned], measure: &Measure) -> Table {
             it.t.map_or("-".into(), |t| format!("{t:.2}")),
             it.p.map_or("-".into(), |p| format!("{p:.1e}")),
         ];
-        let row = [it.setting.clone(), it.seeds.to_string()].into_iter();
+        let row = [name.clone(), it.seeds.to_string()].into_iter();
         table.add_row(row.chain(nats.into_iter().flatten()).chain(performance));
     }
     for column in 1..n_columns {

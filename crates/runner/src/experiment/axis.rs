@@ -198,7 +198,7 @@ fn name_of(key: &str, value: &Value, policies: &BTreeMap<&str, String>) -> Strin
 }
 
 /// With nothing in it that a file system or a shell takes for something else.
-pub(super) fn safe(text: &str) -> String {
+pub(crate) fn safe(text: &str) -> String {
     let harmless = |c: char| c.is_ascii_alphanumeric() || "._+-".contains(c);
     text.chars().map(|c| if harmless(c) { c } else { '-' }).collect()
 }

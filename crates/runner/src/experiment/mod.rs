@@ -25,6 +25,7 @@ mod robot;
 mod sweep;
 mod twice;
 
+pub(crate) use axis::safe;
 pub use codec::CodecSettings;
 pub use control::ControlSettings;
 pub use explain::{explained, known};
@@ -146,6 +147,12 @@ impl Experiment {
     pub fn physics_steps_per_control_step(&self) -> u64 {
         // Checked to be a whole number when it was read.
         (self.physics.frequency_hz / self.control.frequency_hz) as u64
+    }
+
+    /// All keys with dots between, in the order of files, each with its value as a person would write it.
+    pub(crate) fn shown(&self) -> Vec<(String, String)> {
+        let all = leaves::leaves(&leaves::table(self)).into_iter();
+        all.map(|(key, value)| (key, leaves::shown(&value))).collect()
     }
 
     /// All settings, complete: a file that gives this experiment.

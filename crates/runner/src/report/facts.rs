@@ -4,7 +4,7 @@ use figures::{Omitted, grouped};
 use maud::{Markup, html};
 use runs::{CellStatus, Precision, Run, State};
 
-use crate::experiment::Plan;
+use crate::{comparison::Comparison, experiment::Plan};
 
 /// The run's folder, without the way to it.
 pub(super) fn name(run: &Run) -> String {
@@ -97,9 +97,11 @@ fn duration(seconds: f64) -> String {
 }
 
 /// Cells that ended early, and what couldn't be read.
-pub(super) fn problems(cells: &[CellStatus], omitted: &[Omitted]) -> Markup {
+pub(super) fn problems<'a>(
+    cells: impl Iterator<Item = &'a CellStatus>,
+    omitted: &[Omitted],
+) -> Markup {
     let failed: Vec<_> = cells
-        .iter()
         .filter_map(|cell| match &cell.state {
             State::Failed(reason) => Some((cell, reason)),
             _ => None,
@@ -121,6 +123,29 @@ pub(super) fn problems(cells: &[CellStatus], omitted: &[Omitted]) -> Markup {
             }
         }
     }
+}
+
+/// In what several runs differ; nothing of one.
+pub(super) fn differences(comparison: &Comparison) -> Markup {
+    let (runs, differences) = (comparison.catalogues(), comparison.differences());
+    html! { @if runs.len() > 1 {
+        h2 { "What differs" }
+        @if !differences.is_empty() {
+            div .scroll tabindex="0" role="region" aria-label="what differs" {
+                table id="differences" {
+                    thead { tr {
+                        th scope="col" .text { "setting" }
+                        @for run in runs { th scope="col" .text { (name(run.run())) } }
+                    } }
+                    tbody { @for it in differences { tr {
+                        td .text { code { (it.key) } }
+                        @for run in 0..runs.len() { td .text { (it.shown(run)) } }
+                    } } }
+                }
+            }
+        }
+        p .faint { "All " @if !differences.is_empty() { "other " } "settings agree, but for lengths, seeds and what is recorded." }
+    } }
 }
 
 #[cfg(test)]

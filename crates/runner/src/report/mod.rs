@@ -1,15 +1,16 @@
-//! A run as one page that needs nothing else: what was run, what came of it, its figures, and the
+//! A run, or several that are compared, as one page that needs nothing else: what was run, what came of it, its figures, and the
 //! robots in 3-D.
 //!
 //! It's made from the recorded files alone, and the same files give the same bytes. `facts.rs` says
-//! what was run, `tables.rs` has the numbers, `findings.rs` what the paper found, [`Report::read`] chooses what is shown in 3-D: the best
+//! what was run, `tables.rs` has the numbers, `findings.rs` what the paper found, `health.rs` what is wrong with how cells learn, [`Report::read`] chooses what is shown in 3-D: the best
 //! and the median cell of each setting.
 
 mod facts;
 mod findings;
+mod health;
 mod tables;
 
-use std::path::Path;
+use std::path::PathBuf;
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use figures::{Drawing, FIGURES, Measure, Omitted, Options, Results};
@@ -23,6 +24,8 @@ use scenes::{
 use crate::{
     catalogue::{Catalogue, RunCell},
     clips,
+    comparison::Comparison,
+    health::Patient,
 };
 
 /// Of all recordings together: a page of 150 cells stays below 15 MB.
@@ -33,9 +36,11 @@ const SVG_BYTES: usize = 700_000;
 
 /// All that the page shows.
 pub struct Report {
-    catalogue: Catalogue,
+    comparison: Comparison,
     results: Results,
-    cells: Vec<CellStatus>,
+    /// Of each run.
+    cells: Vec<Vec<CellStatus>>,
+    patients: Vec<Patient>,
     replays: Packed,
     omitted: Vec<Omitted>,
 }
@@ -44,17 +49,18 @@ pub struct Report {
 pub type Progress<'a> = dyn Fn(usize, usize, &str) + Sync + 'a;
 
 impl Report {
-    /// Reads a run folder, finished or not.
+    /// Reads a run's folder, finished or not, or several to compare.
     ///
     /// # Errors
     /// If there's no run, or no update in it yet.
-    pub fn read(folder: &Path, progress: &Progress<'_>) -> anyhow::Result<Self> {
-        let catalogue = Catalogue::open(folder)?;
+    pub fn read(folders: &[PathBuf], progress: &Progress<'_>) -> anyhow::Result<Self> {
+        let comparison = Comparison::open(folders)?;
         let (results, omitted) =
-            catalogue.results(&|done, total| progress(done, total, "cells read"))?;
-        let cells = catalogue.status(Look::Thorough);
+            comparison.results(&|done, total| progress(done, total, "cells read"))?;
+        let cells = comparison.catalogues().iter().map(|it| it.status(Look::Thorough)).collect();
+        let patients = crate::health::of(&comparison, Some(&results));
         let replays = Packed::default();
-        let mut report = Self { catalogue, results, cells, replays, omitted };
+        let mut report = Self { comparison, results, cells, patients, replays, omitted };
         report.read_replays(progress);
         Ok(report)
     }
@@ -63,17 +69,17 @@ impl Report {
     fn read_replays(&mut self, progress: &Progress<'_>) {
         let wanted = self.wanted();
         let each = REPLAY_BYTES / wanted.len().max(1);
-        for (i, Wanted { setting, seed, label }) in wanted.iter().enumerate() {
-            let is_it = |it: &&RunCell| it.cell.setting == *setting && it.cell.seed == *seed;
-            let Some(cell) = self.catalogue.cells().iter().find(is_it) else { continue };
+        for (i, Wanted { setting, folder, label }) in wanted.iter().enumerate() {
+            let Some((run, cell)) = self.comparison.cell(folder) else { continue };
             if !records(cell) {
                 continue;
             }
-            match clips::of_cell(&self.catalogue, cell) {
+            match clips::of_cell(&self.comparison.catalogues()[run], cell) {
                 Ok(clip) => self.replays.add(setting, label, &clip, each.min(PAGE_BYTES)),
                 Err(error) => {
                     let omitted =
                         Omitted::new(cell.cell.folder().display(), format_args!("{error:#}"));
+                    let omitted = self.comparison.of_run(run, omitted);
                     if !self.omitted.contains(&omitted) {
                         self.omitted.push(omitted);
                     }
@@ -100,7 +106,7 @@ impl Report {
             let Measure { symbol, unit, .. } = &self.results.measure;
             Wanted {
                 setting: setting.name.clone(),
-                seed: cell.seed,
+                folder: cell.folder.clone(),
                 label: format!(
                     "{role} of {}: seed {}, {symbol} {last:+.4} {unit}",
                     setting.name, cell.seed
@@ -121,28 +127,34 @@ impl Report {
     /// # Errors
     /// What can't be drawn.
     pub fn html(&self, progress: &Progress<'_>) -> anyhow::Result<String> {
-        let (run, plan) = (self.catalogue.run(), self.catalogue.plan());
-        let name = facts::name(run);
+        let catalogues = self.comparison.catalogues();
+        let names = catalogues.iter().map(|it| facts::name(it.run()));
+        let name = names.collect::<Vec<_>>().join(", ");
         let figures = self.figures(progress)?;
         let body = html! {
             header {
                 h1 { (name) }
-                (facts::introduction(run, plan, &self.cells))
-                (facts::problems(&self.cells, &self.omitted))
+                @for (catalogue, cells) in catalogues.iter().zip(&self.cells) {
+                    @if catalogues.len() > 1 { h2 { (facts::name(catalogue.run())) } }
+                    (facts::introduction(catalogue.run(), catalogue.plan(), cells))
+                }
+                (facts::problems(self.cells.iter().flatten(), &self.omitted))
+                (facts::differences(&self.comparison))
             }
             main {
                 h2 { "What came of it" }
                 (tables::all(&self.results))
+                (health::section(&self.patients, self.cells.iter().map(Vec::len).sum()))
                 (findings::section(&self.results))
                 @if !self.replays.is_empty() {
                     h2 { "The robots" }
                     p .faint {
                         "The best and the median cell of each setting, by the mean "
                         (self.results.measure.symbol) " of the last "
-                        (self.results.window) " updates, as they moved and learned in their last control steps."
+                        (self.results.windows()) " updates, as they moved and learned in their last control steps."
                     }
                     (self.replays.markup(false))
-                } @else if !self.catalogue.cells().iter().any(records) {
+                } @else if !catalogues.iter().flat_map(|it| it.cells()).any(records) {
                     h2 { "The robots" }
                     p .faint {
                         "No control steps were recorded (" code { "record.steps" } " is 0), so there "
@@ -152,9 +164,14 @@ impl Report {
                 h2 { "Figures" }
                 (figures)
                 h2 { "All settings" }
-                details {
-                    summary { "experiment.toml, complete: " code { "itarl train" } " takes it again" }
-                    pre { (run.experiment()) }
+                @for catalogue in catalogues {
+                    details {
+                        summary {
+                            @if catalogues.len() > 1 { (facts::name(catalogue.run())) ": " }
+                            "experiment.toml, complete: " code { "itarl train" } " takes it again"
+                        }
+                        pre { (catalogue.run().experiment()) }
+                    }
                 }
             }
         };
@@ -185,7 +202,7 @@ fn records(cell: &RunCell) -> bool {
 
 struct Wanted {
     setting: String,
-    seed: u64,
+    folder: PathBuf,
     label: String,
 }
 

@@ -20,7 +20,7 @@ pub(super) fn all(results: &Results) -> Markup {
         }
         p .faint {
             (capitalised(&measure.symbol)) " in " (measure.unit) " for each control step; IQM is the interquartile mean "
-            "over cells, with its 95 % bootstrap interval. Windows have " (results.window) " updates. "
+            "over cells, with its 95 % bootstrap interval. Windows have " (results.windows()) " updates. "
             "The same tables are written by "
             code { "itarl plot" } " as CSV."
             @for caveat in figures::caveats(results) { " " (caveat) }
@@ -29,7 +29,7 @@ pub(super) fn all(results: &Results) -> Markup {
 }
 
 /// Tables in their order here: name, heading, whether it's folded.
-const ABOUT: [About; 4] = [
+const ABOUT: [About; 6] = [
     ("settings", |_| "Settings".into(), false),
     ("improvement", |_| "How probably one setting does better than another".into(), false),
     (
@@ -38,6 +38,8 @@ const ABOUT: [About; 4] = [
         false,
     ),
     ("instances", |_| "Every cell".into(), true),
+    ("profile", |_| "How many reached how much".into(), true),
+    ("efficiency", |_| "What was reached after how many steps".into(), true),
 ];
 
 type About = (&'static str, fn(&Measure) -> String, bool);

@@ -118,6 +118,7 @@ impl Actor {
         }
         let step = self.episode.evaluate(updates)?;
         self.sums.add(&step);
+        self.sums.entropy_nats += self.policy.entropy_nats(&self.buffers.output)?;
         learner.observe(world, &self.buffers.score, step.terms.reward)?;
         self.terms = step.terms;
         Ok(())

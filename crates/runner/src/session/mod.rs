@@ -193,6 +193,7 @@ impl Session {
             control_steps: self.control_steps(),
             parameter_norm: norm(self.policy.parameters()),
             gradient_norm: norm(&self.gradient),
+            gradient_error: self.learner.gradient_error(),
             ..update_sums::row(sums, self.steps_per_update)
         }
     }

@@ -23,6 +23,8 @@ const REWARD: &str = "reward";
 const LEARNER: &str = "estimator";
 /// Only there within an update: between two of them its sums begin anew.
 const TALLY: &str = "tally";
+/// Likewise, the sum that the tally didn't have at first; without it it isn't known.
+const ENTROPY: &str = "entropy";
 
 impl Session {
     /// The sections of a checkpoint. To be taken between control steps, once the robots have settled.
@@ -92,6 +94,7 @@ impl Session {
             }
             if steps > 0 {
                 actor.sums = sections.read(TALLY)?;
+                actor.sums.entropy_nats = sections.read_or(ENTROPY, f64::NAN)?;
             }
         }
         Ok(())
@@ -108,6 +111,7 @@ impl Actor {
         ];
         if is_within_update {
             sections.push((TALLY, bytes(&self.sums)?));
+            sections.push((ENTROPY, bytes(&self.sums.entropy_nats)?));
         }
         Ok(sections)
     }
@@ -164,6 +168,14 @@ impl Sections<'_> {
 
     fn read<T: DeserializeOwned>(&self, section: &str) -> Result<T, Error> {
         postcard::from_bytes(self.part(section)?).map_err(|error| self.misfit(section, error))
+    }
+
+    /// Reads a section that older checkpoints don't have.
+    fn read_or<T: DeserializeOwned>(&self, section: &str, otherwise: T) -> Result<T, Error> {
+        match self.checkpoint.sections.contains_key(&numbered(section, self.world)) {
+            true => self.read(section),
+            false => Ok(otherwise),
+        }
     }
 
     /// Reads a section for whoever goes back to what it has.

@@ -17,6 +17,9 @@ pub(super) struct UpdateSums {
     heading_change_rad: f64,
     penalised_contacts: u64,
     clipped_readings: u64,
+    /// Of the policy's outputs, a sum over control steps. Saved beside the others, which there were before.
+    #[serde(skip)]
+    pub(super) entropy_nats: f64,
 }
 
 impl UpdateSums {
@@ -44,13 +47,14 @@ pub(super) fn row<'a>(
 ) -> Row {
     let n_worlds = worlds.len() as f64;
     let mut sum = UpdateSums::default();
-    let mut net_displacement_m = 0.0;
+    let (mut net_displacement_m, mut entropy_nats) = (0.0, 0.0);
     for (world, end) in worlds {
         sum.terms.iter_mut().zip(world.terms).for_each(|(sum, term)| *sum += term);
         sum.advance_m += world.advance_m;
         sum.heading_change_rad += world.heading_change_rad;
         sum.penalised_contacts += world.penalised_contacts;
         sum.clipped_readings += world.clipped_readings;
+        entropy_nats += world.entropy_nats;
         net_displacement_m += (end.centre_of_gravity_m - Point3::from(world.start)).xy().norm();
     }
     let n = n as f64 * n_worlds;
@@ -70,6 +74,7 @@ pub(super) fn row<'a>(
         penalised_contacts: sum.penalised_contacts as f64,
         clipped_readings: sum.clipped_readings as f64,
         task,
+        output_entropy_nats: entropy_nats / n,
         ..Row::default()
     }
 }

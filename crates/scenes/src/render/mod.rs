@@ -3,17 +3,19 @@
 //! Boxes, balls, capsules and cylinders are met exactly (`solid.rs`), so a silhouette is that of the
 //! shape and not of a mesh. A pixel is the mean of some rays, each of which asks several places
 //! of the sun's disc for light, which makes the shadows soft. What a ray needn't ask is found
-//! first: the balls around solids tell for each pixel which solids can be in it or shade it.
+//! first: the balls around solids tell for each pixel which solids can be in it, and grids (`near.rs`)
+//! which can shade it.
 //!
 //! The same scene gives the same bytes: each pixel is worked out by itself, so the number of threads
 //! doesn't matter.
 
 mod camera;
 mod ground;
+mod near;
 mod picture;
 mod solid;
 
-use std::{ops::Range, thread};
+use std::{array, ops::Range, thread};
 
 use nalgebra::{Point3, Vector3};
 
@@ -21,6 +23,8 @@ pub use camera::Camera;
 pub use ground::Ground;
 pub use picture::{Ink, Picture, width_of};
 pub use solid::Solid;
+
+use near::{FAR, Near};
 
 type Vec3 = Vector3<f32>;
 
@@ -40,6 +44,33 @@ const SUN_RADIUS: f32 = 0.05;
 
 /// From the ground towards the sun.
 const SUN: [f32; 3] = [-0.43, -0.3, 0.85];
+
+/// Rows that a thread draws at a time.
+const BAND: usize = 4;
+
+/// Where light comes from.
+struct Sun {
+    /// Towards its middle.
+    to: Vec3,
+    /// Across, each as long as `to` and at right angles to it and to each other.
+    side: Vec3,
+    up: Vec3,
+    /// Towards the places of its disc that rays ask; neighbours are far from each other on it.
+    places: [Vec3; SAMPLES * SAMPLES * SUNS],
+}
+
+impl Sun {
+    fn new() -> Self {
+        let to = Vec3::from(SUN).normalize();
+        let side = to.cross(&Vec3::y()).normalize();
+        let up = side.cross(&to);
+        let places = array::from_fn(|i| {
+            let [a, b] = disc(i, SAMPLES * SAMPLES * SUNS);
+            (to + SUN_RADIUS * (a * side + b * up)).normalize()
+        });
+        Self { to, side, up, places }
+    }
+}
 
 /// Something to draw.
 #[derive(Clone, Debug)]
@@ -67,23 +98,30 @@ struct Hit {
 }
 
 impl Scene {
-    /// The scene as a camera sees it.
+    /// The scene as a camera sees it, by all cores.
     #[must_use]
     pub fn picture(&self, camera: &Camera) -> Picture {
+        self.picture_by(camera, thread::available_parallelism().map_or(1, usize::from))
+    }
+
+    /// The same by so many threads.
+    #[must_use]
+    pub fn picture_by(&self, camera: &Camera, n_threads: usize) -> Picture {
         let (width, height) = (camera.width(), camera.height());
         let mut picture = Picture::filled(width, height, self.sky);
-        let n_threads = thread::available_parallelism().map_or(1, usize::from);
-        let rows = height.div_ceil(n_threads);
-        let sky = picture::decoded(self.sky);
+        let caster = Caster::of(self, camera);
+        let mut shares: Vec<Vec<_>> = (0..n_threads.max(1)).map(|_| Vec::new()).collect();
+        // By turns: sky takes less time than a robot.
+        for (i, band) in picture.rows(BAND).enumerate() {
+            shares[i % n_threads.max(1)].push((i * BAND, band));
+        }
         thread::scope(|scope| {
-            for (i, part) in picture.rows(rows).enumerate() {
-                scope.spawn(move || {
-                    for (j, pixel) in part.iter_mut().enumerate() {
-                        let (x, y) = (j % width, i * rows + j / width);
-                        *pixel = self.pixel(camera, [x, y], sky);
-                    }
-                });
+            let mut shares = shares.into_iter();
+            let own = shares.next();
+            for share in shares {
+                scope.spawn(|| caster.draw(share));
             }
+            caster.draw(own.unwrap_or_default());
         });
         picture
     }
@@ -99,11 +137,43 @@ impl Scene {
         };
         (!self.solids.iter().any(hides)).then_some([x, y])
     }
+}
 
-    fn pixel(&self, camera: &Camera, [x, y]: [usize; 2], sky: Light) -> [u8; 3] {
+/// What is worked out once for all pixels of a picture.
+struct Caster<'a> {
+    scene: &'a Scene,
+    camera: &'a Camera,
+    sky: Light,
+    sun: Sun,
+    near: Near,
+}
+
+impl<'a> Caster<'a> {
+    fn of(scene: &'a Scene, camera: &'a Camera) -> Self {
+        let sun = Sun::new();
+        let near = Near::of(&scene.solids, &sun);
+        Self { scene, camera, sky: picture::decoded(scene.sky), sun, near }
+    }
+
+    /// Bands of rows, each with its first row.
+    fn draw(&self, bands: Vec<(usize, &mut [[u8; 3]])>) {
+        let width = self.camera.width();
+        let mut seen = Vec::new();
+        for (first, band) in bands {
+            for (j, pixel) in band.iter_mut().enumerate() {
+                *pixel = self.pixel([j % width, first + j / width], &mut seen);
+            }
+        }
+    }
+
+    /// With room for the solids that can be in it.
+    fn pixel(&self, [x, y]: [usize; 2], seen: &mut Vec<&'a Solid>) -> [u8; 3] {
+        let Self { camera, sky, .. } = *self;
         let (eye, forward, spread) = camera.cone(x, y);
         let near = |solid: &&Solid| solid.near_ray(eye, forward, spread);
-        let seen: Vec<&Solid> = self.solids.iter().filter(near).collect();
+        seen.clear();
+        seen.extend(self.scene.solids.iter().filter(near));
+        let seen = &seen[..];
         let n = SAMPLES * SAMPLES;
         let rays = (0..n).map(|sample| {
             let step = |i: usize| (i as f32 + 0.5) / SAMPLES as f32;
@@ -111,7 +181,7 @@ impl Scene {
         });
         let far = |hit: &Hit, light: Light| light * hit.clarity + sky * (1.0 - hit.clarity);
         let mean = |sum: Light| picture::encoded(sum / n as f32);
-        let meet = |(from, to)| self.hit(&seen, from, to, camera.pixel_at(1.0));
+        let meet = |(from, to)| self.hit(seen, from, to, camera.pixel_at(1.0));
         if seen.is_empty() {
             // Nothing but ground, whose light changes slowly: it's worked out once.
             let Some(middle) = meet((eye, forward)) else { return mean(sky * n as f32) };
@@ -144,7 +214,7 @@ impl Scene {
                     Some(Hit { distance, normal, colour, glow, is_ground: false, clarity: 1.0 });
             }
         }
-        if let Some(ground) = &self.ground
+        if let Some(ground) = &self.scene.ground
             && to.z < 0.0
             && from.z > 0.0
         {
@@ -162,9 +232,8 @@ impl Scene {
     /// What a surface is lit with: the sky, the sun where nothing is in its way, its own glow.
     fn shade(&self, hit: &Hit, from: Vec3, to: Vec3, suns: Range<usize>) -> Light {
         let at = from + hit.distance * to + 1e-3 * hit.normal;
-        let sun = Vec3::from(SUN).normalize();
-        let facing = hit.normal.dot(&sun).max(0.0);
-        let lit = if facing > 0.0 { facing * self.sunlight(at, sun, suns) } else { 0.0 };
+        let facing = hit.normal.dot(&self.sun.to).max(0.0);
+        let lit = if facing > 0.0 { facing * self.sunlight(at, suns) } else { 0.0 };
         let open = 0.5 + 0.5 * hit.normal.z;
         let sky = (0.34 + 0.2 * open) * self.openness(at, hit.normal);
         Light::repeat(sky + 0.62 * lit + hit.glow)
@@ -172,25 +241,19 @@ impl Scene {
 
     /// Where the sun is mirrored, on what isn't the ground.
     fn gleam(&self, hit: &Hit, to: Vec3) -> f32 {
-        let half = (Vec3::from(SUN).normalize() - to).normalize();
+        let half = (self.sun.to - to).normalize();
         if hit.is_ground { 0.0 } else { 0.08 * hit.normal.dot(&half).max(0.0).powi(24) }
     }
 
     /// The share of the sun that isn't covered, by some of its places.
-    fn sunlight(&self, at: Vec3, sun: Vec3, suns: Range<usize>) -> f32 {
-        let side = sun.cross(&Vec3::y()).normalize();
-        let up = side.cross(&sun);
+    fn sunlight(&self, at: Vec3, suns: Range<usize>) -> f32 {
         let n = suns.len();
         let mut covered = 0_u32;
-        for solid in self.solids.iter().filter(|solid| solid.near_ray(at, sun, SUN_RADIUS)) {
-            for (bit, i) in suns.clone().enumerate() {
-                if covered >> bit & 1 == 1 {
-                    continue;
-                }
-                // Neighbours in the spiral are far from each other on the disc.
-                let [a, b] = disc(i, SAMPLES * SAMPLES * SUNS);
-                let to = (sun + SUN_RADIUS * (a * side + b * up)).normalize();
-                if solid.meet(at, to).is_some() {
+        let solids =
+            self.near.shading(at, &self.sun).iter().map(|&i| &self.scene.solids[i as usize]);
+        for solid in solids.filter(|solid| solid.near_ray(at, self.sun.to, SUN_RADIUS)) {
+            for (bit, to) in self.sun.places[suns.clone()].iter().enumerate() {
+                if covered >> bit & 1 == 0 && solid.meet(at, *to).is_some() {
                     covered |= 1 << bit;
                 }
             }
@@ -202,8 +265,8 @@ impl Scene {
     /// something is close. A ball of radius r at distance d covers (r/d)² of the light from its
     /// direction; what is far off is left out, and the rest lowered so that this has no edge.
     fn openness(&self, at: Vec3, normal: Vec3) -> f32 {
-        const FAR: f32 = 8.0;
-        self.solids.iter().fold(1.0, |open, solid| {
+        let solids = self.near.covering(at).iter().map(|&i| &self.scene.solids[i as usize]);
+        solids.fold(1.0, |open, solid| {
             let Some((d, r)) = solid.towards_axis(at, FAR) else { return open };
             let distance = d.norm().max(1e-4);
             let facing = (normal.dot(&d) / distance).max(0.0);

@@ -86,6 +86,16 @@ impl Solid {
         self.glow
     }
 
+    /// Of the ball around it all.
+    pub(super) fn centre(&self) -> Vec3 {
+        self.centre
+    }
+
+    /// The ball's radius.
+    pub(super) fn reach(&self) -> f32 {
+        self.reach
+    }
+
     /// Whether a ray that widens by `spread` for each metre can come near: it's asked of a ball.
     pub(super) fn near_ray(&self, from: Vec3, to: Vec3, spread: f32) -> bool {
         let away = self.centre - from;
@@ -98,16 +108,8 @@ impl Solid {
     /// From a point towards the nearest of the shape's axis, and the radius around it there; none
     /// if that's more than so many radii away.
     pub(super) fn towards_axis(&self, at: Vec3, far: f32) -> Option<(Vec3, f32)> {
-        let (half, radius) = match &self.form {
-            Form::Box(half) | Form::Ellipsoid(half) | Form::Hull(half, _) => {
-                (half * 0.6, half.min())
-            }
-            Form::Ball(radius) => (Vec3::zeros(), *radius),
-            Form::Capsule(radius, half) | Form::Cylinder(radius, half) => {
-                (*half * Vec3::z(), *radius)
-            }
-        };
-        let limit = self.reach + far * radius;
+        let (half, radius) = self.axis();
+        let limit = self.limit(far);
         let away = at - self.centre;
         if away.norm_squared() > limit * limit {
             return None;
@@ -115,6 +117,24 @@ impl Solid {
         let own = self.to_own * away;
         let nearest = Vec3::from_fn(|i, _| own[i].clamp(-half[i], half[i]));
         Some((self.to_own.tr_mul(&(nearest - own)), radius))
+    }
+
+    /// How far from its centre a point is so many radii away at most.
+    pub(super) fn limit(&self, far: f32) -> f32 {
+        self.reach + far * self.axis().1
+    }
+
+    /// Half of the axis along each side, and the radius around it.
+    fn axis(&self) -> (Vec3, f32) {
+        match &self.form {
+            Form::Box(half) | Form::Ellipsoid(half) | Form::Hull(half, _) => {
+                (half * 0.6, half.min())
+            }
+            Form::Ball(radius) => (Vec3::zeros(), *radius),
+            Form::Capsule(radius, half) | Form::Cylinder(radius, half) => {
+                (*half * Vec3::z(), *radius)
+            }
+        }
     }
 
     /// How far along a ray from outside the surface is first met, and its normal there.

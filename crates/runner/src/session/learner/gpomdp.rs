@@ -1,4 +1,6 @@
 //! GPOMDP in each world: the gradient is the mean of their estimates, summed in their order.
+//!
+//! Its standard error is that of a mean of W: the root of sum_w |g_w - g|^2 / (W (W - 1)).
 
 use gpomdp::{Estimator, EstimatorSettings};
 
@@ -7,6 +9,8 @@ use super::Learner;
 pub(super) struct Gpomdp {
     /// One a world.
     estimators: Vec<Estimator>,
+    /// Of the last gradient; NaN of one world.
+    error: f64,
 }
 
 impl Gpomdp {
@@ -16,7 +20,7 @@ impl Gpomdp {
         worlds: usize,
     ) -> anyhow::Result<Self> {
         let estimator = Estimator::new(n_parameters, settings)?;
-        Ok(Self { estimators: vec![estimator; worlds] })
+        Ok(Self { estimators: vec![estimator; worlds], error: f64::NAN })
     }
 }
 
@@ -39,14 +43,25 @@ impl Learner for Gpomdp {
 
     fn gradient(&mut self, _: u64, gradient: &mut [f64]) -> anyhow::Result<()> {
         let n = self.estimators.len() as f64;
+        let mut squares = 0.0;
         gradient.fill(0.0);
         for estimator in &mut self.estimators {
             let one = estimator.gradient();
-            gradient.iter_mut().zip(one).for_each(|(sum, value)| *sum += value);
+            for (sum, value) in gradient.iter_mut().zip(one) {
+                *sum += value;
+                squares += value * value;
+            }
             estimator.restart();
         }
         gradient.iter_mut().for_each(|sum| *sum /= n);
+        let square: f64 = gradient.iter().map(|value| value * value).sum();
+        // 0 / 0 of one world; and roundings may take the difference below 0.
+        self.error = ((squares / n - square).max(0.0) / (n - 1.0)).sqrt();
         Ok(())
+    }
+
+    fn gradient_error(&self) -> f64 {
+        self.error
     }
 
     fn state(&self, world: usize) -> Vec<f64> {

@@ -33,6 +33,12 @@ pub(super) trait Learner: Send {
     /// begins.
     fn gradient(&mut self, update: u64, gradient: &mut [f64]) -> anyhow::Result<()>;
 
+    /// The standard error of the last gradient, as its norm is: the root of the expected square of the
+    /// distance to what it estimates; NaN where it isn't known.
+    fn gradient_error(&self) -> f64 {
+        f64::NAN
+    }
+
     /// All that changes with a world's steps, for [`restore`](Self::restore).
     fn state(&self, world: usize) -> Vec<f64>;
 
