@@ -7,7 +7,7 @@
 
 use runs::COLUMNS;
 
-use super::{CellResults, Contacts, Results, Setting, numbers::three_digits};
+use super::{CellResults, Contacts, Information, Results, Setting, numbers::three_digits};
 
 /// Nats per bit: what of 0.693 is left if one bit in 300 isn't as expected.
 const FROZEN_NATS: f64 = 0.02;
