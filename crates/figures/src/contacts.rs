@@ -16,7 +16,7 @@ pub struct Contacts {
 }
 
 impl Contacts {
-    /// Of a cell's `replay.safetensors`; none if there's no such file.
+    /// Reads the contacts of a cell's `replay.safetensors`; none if there's no such file.
     ///
     /// # Errors
     /// A file that is damaged, or can't be read.

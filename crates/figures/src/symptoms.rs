@@ -54,7 +54,7 @@ pub struct Symptom {
 }
 
 impl Symptom {
-    /// Of a cell that ended for a reason, after so many updates.
+    /// The symptom of a cell that ended for a reason, after so many updates.
     #[must_use]
     pub fn failed(updates: u64, reason: String) -> Self {
         Self { kind: &FAILED, since: Some(updates), found: reason }
