@@ -2,7 +2,7 @@
 //! lag. `docs/health.md` says how each is found.
 
 use figures::{Contacts, Error, Facts, Omitted, Results, Symptom, symptoms};
-use runs::State;
+use runs::{Look, State};
 
 use crate::{
     catalogue::{Catalogue, RunCell},
@@ -39,7 +39,7 @@ pub fn patients(comparison: &Comparison) -> Result<(Vec<Patient>, Vec<Omitted>),
 pub fn of(comparison: &Comparison, results: Option<&Results>) -> Vec<Patient> {
     let runs = comparison.catalogues().iter().enumerate();
     let all = runs.flat_map(|(run, catalogue)| {
-        let failures = catalogue.status().into_iter().map(|it| match it.state {
+        let failures = catalogue.status(Look::Thorough).into_iter().map(|it| match it.state {
             State::Failed(reason) => {
                 let updates = it.latest.map_or(it.saved_updates, |row| row.update);
                 Some(Symptom::failed(updates, reason))

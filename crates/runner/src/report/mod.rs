@@ -21,12 +21,7 @@ use scenes::{
     viewer::{PAGE_BYTES, Packed},
 };
 
-use crate::{
-    catalogue::{Catalogue, RunCell},
-    clips,
-    comparison::Comparison,
-    health::Patient,
-};
+use crate::{catalogue::RunCell, clips, comparison::Comparison, health::Patient};
 
 /// Of all recordings together: a page of 150 cells stays below 15 MB.
 const REPLAY_BYTES: usize = 8_000_000;
