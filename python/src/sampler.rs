@@ -46,6 +46,9 @@ impl Sampler {
     }
 }
 
+/// `[n_outputs]` and `[n_actuators]`
+type Drawn<'py> = (Bound<'py, PyArray1<bool>>, Bound<'py, PyArray1<f64>>);
+
 #[pymethods]
 impl Sampler {
     /// Takes in the next reading, and draws an action: its bits, and the targets that they mean.
@@ -53,7 +56,7 @@ impl Sampler {
         &self,
         py: Python<'py>,
         reading: PyReadonlyArray1<'py, f64>,
-    ) -> PyResult<(Bound<'py, PyArray1<bool>>, Bound<'py, PyArray1<f64>>)> {
+    ) -> PyResult<Drawn<'py>> {
         let reading: Vec<f64> = reading.as_array().iter().copied().collect();
         let (bits, targets) = py.detach(|| {
             self.inner.with(|it| {

@@ -62,16 +62,24 @@ impl Codec {
     /// Takes in a reading: positions, then contacts.
     ///
     /// # Errors
-    /// A reading of another length, or with NaN.
+    /// A reading of another length, or with NaN among its positions. It changes nothing.
     pub fn encode(&mut self, reading: &[f64]) -> Result<(), Error> {
-        let (positions, contacts) = reading.split_at(self.n_positions.min(reading.len()));
+        if reading.len() != self.bins.len() {
+            return Err(Error::Argument {
+                call: "Codec::encode",
+                argument: "reading".to_owned(),
+                expected: format!("of length {}", self.bins.len()),
+                value: reading.len().to_string(),
+            });
+        }
+        let (positions, contacts) = reading.split_at(self.n_positions);
         let n = self.n_positions * self.sensor.bits() as usize + self.n_contacts;
+        let (bins_of_positions, bins_of_contacts) = self.bins.split_at_mut(self.n_positions);
+        self.sensor.bins(positions, bins_of_positions)?;
         self.inputs.rotate_left(n);
         let start = self.inputs.len() - n;
-        let (bins_of_positions, bins_of_contacts) = self.bins.split_at_mut(self.n_positions);
         let newest = &mut self.inputs[start..];
         let (of_positions, of_contacts) = newest.split_at_mut(n - self.n_contacts);
-        self.sensor.bins(positions, bins_of_positions)?;
         self.sensor.encode(positions, of_positions)?;
         for ((bit, bin), &contact) in of_contacts.iter_mut().zip(bins_of_contacts).zip(contacts) {
             *bit = contact > 0.5;
@@ -169,8 +177,13 @@ mod tests {
     }
 
     #[test]
-    fn misfits_are_refused() {
-        assert!(codec(1, 0).encode(&[0.0]).is_err());
-        assert!(codec(1, 0).encode(&[0.0, f64::NAN, 0.0]).is_err());
+    fn misfits_are_refused_and_change_nothing() {
+        let mut codec = codec(1, 1);
+        codec.encode(&[0.5, -0.5, 1.0]).unwrap();
+        let (bins, inputs) = (codec.bins().to_vec(), codec.inputs().to_vec());
+        for reading in [&[0.0][..], &[0.0; 2], &[0.0; 4], &[-0.5, f64::NAN, 0.0]] {
+            codec.encode(reading).unwrap_err();
+            assert_eq!((codec.bins(), codec.inputs()), (&bins[..], &inputs[..]), "{reading:?}");
+        }
     }
 }
