@@ -73,10 +73,12 @@ workers-test: setup
 	STARTS=100 CRASHES=200 CELLS=10000 cargo test --release -p runner --test workers
 
 # munged, slurmctld and two slurmd, all with their files in a temporary folder and on the loopback.
+# PROFILE=dev takes the program that `make test` has built.
+PROFILE ?= release
 cluster-test: PACKAGES += slurm-wlm munge
 cluster-test: setup
-	cargo build --release --bin itarl
-	tests/cluster/cluster.sh target/release/itarl
+	cargo build --profile $(PROFILE) --bin itarl
+	tests/cluster/cluster.sh target/$(patsubst dev,debug,$(PROFILE))/itarl
 
 examples-test: PACKAGES += parallel snakemake
 examples-test: setup
@@ -135,8 +137,9 @@ verify-lockstep: setup
 	LOCKSTEP_STEPS=$(VERIFY_STEPS) cargo test --release -p svenja --test lockstep -- \
 	  --exact svenja --nocapture
 
-# Warnings of our C++ are errors here alone: another compiler's mustn't keep anyone from building.
-lint: export CXXFLAGS += -Werror
+# Warnings of our C++ are errors here and in CI alone: another compiler's mustn't keep anyone from
+# building.
+lint: export CXXFLAGS := $(strip $(filter-out -Werror,$(CXXFLAGS)) -Werror)
 lint: setup
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets -- -D warnings
