@@ -168,7 +168,7 @@ python-test: PACKAGES += python3-venv
 python-test: setup
 	cargo build --bin itarl
 	$(PIP_INSTALL) --config-settings build-args="--profile dev" './python[test]'
-	cd python && ../$(PYTHON)/bin/python -m pytest -q
+	$(PYTHON)/bin/python -m pytest -q python/tests
 
 bench-pybullet: PACKAGES += python3-venv
 bench-pybullet: setup

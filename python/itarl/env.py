@@ -172,6 +172,10 @@ class Env(gymnasium.Env[NDArray[np.float64], NDArray[np.float64]]):
             info = {"blew_up": reason}
         return readings[0], float(did[0, 0]), bool(blew_up), bool(is_over), info
 
+    def render(self) -> None:
+        """There are no render modes: the program shows what a robot does."""
+        raise NotImplementedError("an environment draws nothing: `itarl rollout` and `itarl replay` show robots")
+
     def close(self) -> None:
         """Gives the world back. Closing twice is no mistake."""
         self._robots.close()

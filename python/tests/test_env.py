@@ -168,6 +168,8 @@ def test_mistakes_say_what_was_expected_and_found(tmp_path):
     for seed, error in [(-1, ValueError), (2**64, ValueError), (1.5, TypeError), ("1", TypeError)]:
         with pytest.raises(error, match="seed: "):
             env.reset(seed=seed)
+    with pytest.raises(NotImplementedError, match="`itarl rollout` and `itarl replay` show robots"):
+        env.render()
     env.close()
     env.close()
     for call in (lambda: env.step(np.zeros(n)), env.reset):

@@ -33,7 +33,7 @@ def test_frames_are_the_files(run):
     polar = frames.polars()
     assert polar.columns == list(whole.columns)
     for name in polar.columns:
-        assert polar[name].to_list() == whole[name].to_list()
+        np.testing.assert_array_equal(polar[name].to_list(), whole[name].to_list())
 
 
 def tensors_of(path) -> dict[str, np.ndarray]:
