@@ -179,7 +179,8 @@ bench-pybullet: setup
 notebook: PACKAGES += python3-venv
 notebook: setup
 	$(PIP_INSTALL) nbconvert ipykernel matplotlib './python[test]'
-	$(PYTHON)/bin/python -m jupyter nbconvert --to notebook --inplace --execute docs/notebook.ipynb
+	$(PYTHON)/bin/python -m jupyter nbconvert --to notebook --inplace --execute \
+	  --ExecutePreprocessor.record_timing=False docs/notebook.ipynb
 
 # --target keeps the flags away from build scripts; the library must be the first one loaded.
 SANITIZED = CARGO_TARGET_DIR=target/asan UBSAN_OPTIONS=print_stacktrace=1 \

@@ -1,6 +1,6 @@
-"""PPO on Svenja, beside the lab's own learner: one file, in the manner of CleanRL.
+"""PPO on Svenja, beside the lab's own learner: one file of NumPy, in the manner of CleanRL, gradients by hand.
 
-    pip install ./python torch gymnasium
+    pip install './python[gymnasium]'
     python python/examples/ppo.py                     # what experiments/quick.toml trains, xi = 0.75
     python python/examples/ppo.py --setting xi=1 --seed 2
     python python/examples/ppo.py --bits              # with the actions of the lab's policies
@@ -8,23 +8,27 @@
 Same robot, same reward, same number of control steps (128,000) as a cell of `itarl train
 experiments/quick.toml`, in one life: no episode ends. Not the same are the policy, a network that sees positions
 and not only their signs, and by default the targets, any within -1 to 1 and not only -0.5 or 0.5.
+
+Schulman et al., Proximal policy optimization algorithms, 2017; the details are those of CleanRL's
+`ppo_continuous_action.py`, but rewards alone are scaled, and neither values nor observations.
 """
 
 import argparse
+import os
 import time
 from pathlib import Path
 
+# Matrices of 64 columns are slower on several threads than on one. NumPy asks when it's imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import numpy as np
-import torch
-from torch import nn
-from torch.distributions import Bernoulli, Independent, Normal
 
 import itarl
 
 EXPERIMENT = Path(__file__).parents[2] / "experiments/quick.toml"
 
 
-def parse_arguments() -> argparse.Namespace:
+def parse_arguments(given: list[str] | None = None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--experiment", default=EXPERIMENT, help="whose robot and reward")
     parser.add_argument("--setting", default="xi=0.75", help="which of what it sweeps")
@@ -39,35 +43,104 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--discount", type=float, default=0.99)
     parser.add_argument("--trace", type=float, default=0.95, help="lambda of the advantages")
     parser.add_argument("--clip", type=float, default=0.2)
-    return parser.parse_args()
+    return parser.parse_args(given)
 
 
-def layer(n_inputs: int, n_outputs: int, gain: float = 2**0.5) -> nn.Linear:
-    linear = nn.Linear(n_inputs, n_outputs)
-    nn.init.orthogonal_(linear.weight, gain)
-    nn.init.zeros_(linear.bias)
-    return linear
+class Network:
+    """Two layers of 64 tanh units and a linear one; `parameters` are weights and biases in turn."""
+
+    def __init__(self, random: np.random.Generator, n_inputs: int, n_outputs: int, gain: float) -> None:
+        self.parameters = []
+        for rows, columns, its in [(n_inputs, 64, 2**0.5), (64, 64, 2**0.5), (64, n_outputs, gain)]:
+            left, _, right = np.linalg.svd(random.normal(size=(rows, columns)), full_matrices=False)
+            self.parameters += [its * left @ right, np.zeros(columns)]
+
+    def __call__(self, inputs: np.ndarray) -> np.ndarray:
+        """`[n x n_inputs]` to `[n x n_outputs]`; remembers what `gradient` needs."""
+        w1, b1, w2, b2, w3, b3 = self.parameters
+        first = np.tanh(inputs @ w1 + b1)
+        second = np.tanh(first @ w2 + b2)
+        self.layers = inputs, first, second
+        return second @ w3 + b3
+
+    def gradient(self, slopes: np.ndarray) -> list[np.ndarray]:
+        """By the parameters, of a loss whose slopes by the last outputs are given."""
+        gradients = []
+        for layer, weights in zip(reversed(self.layers), self.parameters[-2::-2], strict=True):
+            gradients = [layer.T @ slopes, slopes.sum(axis=0), *gradients]
+            slopes = (slopes @ weights.T) * (1 - layer**2)
+        return gradients
 
 
-def network(n_inputs: int, n_outputs: int, gain: float) -> nn.Sequential:
-    return nn.Sequential(layer(n_inputs, 64), nn.Tanh(), layer(64, 64), nn.Tanh(), layer(64, n_outputs, gain))
+class Agent:
+    """A critic, and an actor whose outputs are means of normal distributions, or logits of bits."""
 
+    def __init__(self, random: np.random.Generator, n_readings: int, n_actuators: int, bits: bool) -> None:
+        self.random, self.bits = random, bits
+        self.critic = Network(random, n_readings, 1, 1.0)
+        self.actor = Network(random, n_readings, n_actuators, 0.01)
+        self.log_std = np.full(n_actuators, -0.5)
+        self.parameters = [*self.critic.parameters, *self.actor.parameters, self.log_std]
 
-class Agent(nn.Module):
-    def __init__(self, n_readings: int, n_actuators: int, bits: bool) -> None:
-        super().__init__()
-        self.bits = bits
-        self.critic = network(n_readings, 1, 1.0)
-        self.actor = network(n_readings, n_actuators, 0.01)
-        self.log_std = nn.Parameter(torch.full((n_actuators,), -0.5))
+    def values(self, observations: np.ndarray) -> np.ndarray:
+        return self.critic(observations)[:, 0]
 
-    def distribution(self, observations: torch.Tensor) -> Independent:
+    def draw(self, observations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Actions, and the logarithms of their probabilities."""
         outputs = self.actor(observations)
-        each = Bernoulli(logits=outputs) if self.bits else Normal(outputs, self.log_std.exp())
-        return Independent(each, 1)
+        if self.bits:
+            actions = (self.random.random(outputs.shape) < sigmoid(outputs)).astype(float)
+        else:
+            actions = outputs + np.exp(self.log_std) * self.random.normal(size=outputs.shape)
+        return actions, self.log_probability(outputs, actions)[0]
 
-    def targets(self, actions: torch.Tensor) -> np.ndarray:
-        return (actions - 0.5 if self.bits else actions.clamp(-1, 1)).double().numpy()
+    def log_probability(self, outputs: np.ndarray, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Its value `[n]`, but for a constant, and its slopes by the outputs and by log_std, `[n x n_actuators]`."""
+        if self.bits:
+            each = actions * outputs - np.logaddexp(0, outputs)
+            return each.sum(axis=1), actions - sigmoid(outputs), np.zeros_like(outputs)
+        z = (actions - outputs) / np.exp(self.log_std)
+        return (-0.5 * z**2 - self.log_std).sum(axis=1), z / np.exp(self.log_std), z**2 - 1
+
+    def targets(self, actions: np.ndarray) -> np.ndarray:
+        return actions - 0.5 if self.bits else actions.clip(-1, 1)
+
+    def loss(self, batch: tuple[np.ndarray, ...], clip: float) -> tuple[float, list[np.ndarray]]:
+        """The loss of policy and values, and its gradient by the parameters."""
+        observations, actions, old_log, advantages, returns = batch
+        n = len(observations)
+        log, by_outputs, by_log_std = self.log_probability(self.actor(observations), actions)
+        ratio = np.exp(log - old_log)
+        free, clipped = ratio * advantages, ratio.clip(1 - clip, 1 + clip) * advantages
+        errors = self.values(observations) - returns
+        loss = -np.minimum(free, clipped).mean() + 0.25 * np.square(errors).mean()
+        # Where the clipped one is the smaller, the ratio is beyond the range, and moves nothing.
+        slopes = np.where(free <= clipped, -free / n, 0.0)[:, None]
+        of_critic = self.critic.gradient(0.5 * errors[:, None] / n)
+        return loss, [*of_critic, *self.actor.gradient(slopes * by_outputs), (slopes * by_log_std).sum(axis=0)]
+
+
+def sigmoid(x: np.ndarray) -> np.ndarray:
+    return 0.5 * (1 + np.tanh(0.5 * x))
+
+
+class Adam:
+    """Kingma and Ba, 2015, of gradients whose norm is 0.5 at most."""
+
+    def __init__(self, parameters: list[np.ndarray]) -> None:
+        self.parameters, self.t = parameters, 0
+        self.means = [np.zeros_like(it) for it in parameters]
+        self.squares = [np.zeros_like(it) for it in parameters]
+
+    def step(self, gradients: list[np.ndarray], rate: float) -> None:
+        self.t += 1
+        scale = min(1.0, 0.5 / (np.sqrt(sum(np.sum(it**2) for it in gradients)) + 1e-6))
+        all_parts = zip(self.parameters, gradients, self.means, self.squares, strict=True)
+        for parameter, gradient, mean, square in all_parts:
+            mean += 0.1 * (scale * gradient - mean)
+            square += 0.001 * ((scale * gradient) ** 2 - square)
+            divisor = np.sqrt(square / (1 - 0.999**self.t)) + 1e-5
+            parameter -= rate * mean / (1 - 0.9**self.t) / divisor
 
 
 class Scale:
@@ -87,76 +160,61 @@ class Scale:
         return np.clip(rewards / np.sqrt(self.squares / self.n + 1e-8), -10, 10)
 
 
-def advantages(rewards: torch.Tensor, values: torch.Tensor, args: argparse.Namespace) -> torch.Tensor:
+def advantages(rewards: np.ndarray, values: np.ndarray, discount: float, decay: float) -> np.ndarray:
     """Generalised advantage estimates, `[horizon x worlds]`; there's one more of the values. No episode ends."""
-    estimates, trace = torch.zeros_like(rewards), 0.0
-    for t in reversed(range(args.horizon)):
-        error = rewards[t] + args.discount * values[t + 1] - values[t]
-        estimates[t] = trace = error + args.discount * args.trace * trace
+    estimates, trace = np.zeros_like(rewards), 0.0
+    for t in reversed(range(len(rewards))):
+        error = rewards[t] + discount * values[t + 1] - values[t]
+        estimates[t] = trace = error + discount * decay * trace
     return estimates
 
 
-def improve(agent: Agent, optimizer: torch.optim.Optimizer, batch: list[torch.Tensor], args: argparse.Namespace) -> None:
-    observations, actions, old_log, estimates, returns = (it.flatten(0, 1) for it in batch)
-    n = len(observations)
+def improve(agent: Agent, adam: Adam, batch: list[np.ndarray], rate: float, args: argparse.Namespace) -> None:
+    """Some epochs over what was seen, `[horizon x worlds x ...]` each."""
+    batch = [it.reshape(-1, *it.shape[2:]) for it in batch]
     for _ in range(args.epochs):
-        for part in torch.randperm(n).chunk(args.minibatches):
-            distribution = agent.distribution(observations[part])
-            ratio = (distribution.log_prob(actions[part]) - old_log[part]).exp()
-            advantage = estimates[part]
-            advantage = (advantage - advantage.mean()) / (advantage.std() + 1e-8)
-            clipped = ratio.clamp(1 - args.clip, 1 + args.clip)
-            loss_of_policy = -torch.minimum(ratio * advantage, clipped * advantage).mean()
-            loss_of_values = 0.5 * (agent.critic(observations[part]).squeeze(-1) - returns[part]).square().mean()
-            optimizer.zero_grad()
-            (loss_of_policy + 0.5 * loss_of_values).backward()
-            nn.utils.clip_grad_norm_(agent.parameters(), 0.5)
-            optimizer.step()
+        order = agent.random.permutation(len(batch[0]))
+        for part in np.array_split(order, args.minibatches):
+            observations, actions, old_log, estimates, returns = (it[part] for it in batch)
+            estimates = (estimates - estimates.mean()) / (estimates.std() + 1e-8)
+            _, gradients = agent.loss((observations, actions, old_log, estimates, returns), args.clip)
+            adam.step(gradients, rate)
 
 
-def main() -> None:
-    args = parse_arguments()
-    torch.manual_seed(args.seed)
-    torch.set_num_threads(1)
+def main(args: argparse.Namespace) -> None:
     envs = itarl.VectorEnv(experiment=args.experiment, setting=args.setting, num_envs=args.worlds)
     n_readings, n_actuators = len(envs.sensors), len(envs.actuators)
-    agent = Agent(n_readings, n_actuators, args.bits)
-    optimizer = torch.optim.Adam(agent.parameters(), lr=args.rate, eps=1e-5)
-    scale = Scale(args.worlds, args.discount)
+    agent = Agent(np.random.default_rng(args.seed), n_readings, n_actuators, args.bits)
+    adam, scale = Adam(agent.parameters), Scale(args.worlds, args.discount)
     shape = (args.horizon, args.worlds)
-    observations, actions = torch.zeros(*shape, n_readings), torch.zeros(*shape, n_actuators)
-    log, rewards, values = torch.zeros(shape), torch.zeros(shape), torch.zeros(args.horizon + 1, args.worlds)
+    observations, actions = np.zeros((*shape, n_readings)), np.zeros((*shape, n_actuators))
+    log, rewards, values = np.zeros(shape), np.zeros(shape), np.zeros((args.horizon + 1, args.worlds))
 
-    observation = torch.tensor(envs.reset(seed=args.seed)[0], dtype=torch.float32)
+    observation, _ = envs.reset(seed=args.seed)
     n_updates = args.control_steps // (args.horizon * args.worlds)
     told, began = [], time.perf_counter()
     for update in range(1, n_updates + 1):
-        optimizer.param_groups[0]["lr"] = args.rate * (1 - (update - 1) / n_updates)
         for t in range(args.horizon):
-            with torch.no_grad():
-                distribution = agent.distribution(observation)
-                observations[t], actions[t] = observation, distribution.sample()
-                log[t], values[t] = distribution.log_prob(actions[t]), agent.critic(observation).squeeze(-1)
-            seen, reward, terminated, _, info = envs.step(agent.targets(actions[t]))
+            observations[t], values[t] = observation, agent.values(observation)
+            actions[t], log[t] = agent.draw(observation)
+            observation, reward, terminated, _, info = envs.step(agent.targets(actions[t]))
             if terminated.any():
                 raise RuntimeError(info["blew_up"])
-            rewards[t] = torch.tensor(scale(reward))
-            observation = torch.tensor(seen, dtype=torch.float32)
+            rewards[t] = scale(reward)
             told.append([reward.mean(), info["advance_m"].mean(), info["intrinsic_nats"].mean()])
-        with torch.no_grad():
-            values[-1] = agent.critic(observation).squeeze(-1)
-        estimates = advantages(rewards, values, args)
-        improve(agent, optimizer, [observations, actions, log, estimates, estimates + values[:-1]], args)
-        done = update * args.horizon * args.worlds
+        values[-1] = agent.values(observation)
+        estimates = advantages(rewards, values, args.discount, args.trace)
+        rate = args.rate * (1 - (update - 1) / n_updates)
+        improve(agent, adam, [observations, actions, log, estimates, estimates + values[:-1]], rate, args)
         if update % 8 == 0 or update == n_updates:
-            # The last 16,000 control steps or so, as the last 20 updates of a cell.
-            r, way, information = np.mean(told[-(16_000 // args.worlds) :], axis=0)
+            # Of the last 12,800 control steps, as in a cell's last 16 updates.
+            r, way, information = np.mean(told[-(12_800 // args.worlds) :], axis=0)
             print(
-                f"{done:7} control steps  R {r:.5f}  R_Loc {way:+.4f} m  R_MI {information:.3f} nats"
-                f"  {time.perf_counter() - began:.0f} s",
+                f"{update * args.horizon * args.worlds:7} control steps  R {r:.5f}  R_Loc {way:+.4f} m"
+                f"  R_MI {information:.3f} nats  {time.perf_counter() - began:.0f} s",
                 flush=True,
             )
 
 
 if __name__ == "__main__":
-    main()
+    main(parse_arguments())
