@@ -1,7 +1,7 @@
 //! One run, or several that are compared: what tells their settings apart, and their results as one.
 //!
 //! Of several runs a setting is called by what differs between them, as in `worlds=8,xi=0.75`: settings
-//! that are fixed in a run, and another value, or swept, in another. Where more than [`MOST_KEYS`] differ, a
+//! that are fixed in a run, and another value, or swept, in another. Where more than `MOST_KEYS` differ, a
 //! name would be too long to be read; and where none does, there's nothing else: then it's called by the
 //! run's folder, and [`Comparison::differences`] has what differs. What doesn't touch a result (how
 //! long a run is, how often it's saved, what it records) is no difference.
