@@ -73,12 +73,10 @@ workers-test: setup
 	STARTS=100 CRASHES=200 CELLS=10000 cargo test --release -p runner --test workers
 
 # munged, slurmctld and two slurmd, all with their files in a temporary folder and on the loopback.
-# PROFILE=dev takes the program that `make test` has built.
-PROFILE ?= release
 cluster-test: PACKAGES += slurm-wlm munge
 cluster-test: setup
-	cargo build --profile $(PROFILE) --bin itarl
-	tests/cluster/cluster.sh target/$(patsubst dev,debug,$(PROFILE))/itarl
+	cargo build --release --bin itarl
+	tests/cluster/cluster.sh target/release/itarl
 
 examples-test: PACKAGES += parallel snakemake
 examples-test: setup
