@@ -58,7 +58,7 @@ void forget_contacts(State& state, btRigidBody& a, btRigidBody& b) {
 
 BodyId World::add_body(const BodySpec& spec) {
   const Call call{"add_body"};
-  State& state = *state_;
+  State& state = changing();
   if (state.live_bodies == kMostBodies) {
     call.refuse("body", "one of at most " + std::to_string(kMostBodies) + " in a world",
                 "one more");
@@ -110,7 +110,7 @@ BodyId World::add_body(const BodySpec& spec) {
 
 void World::remove_body(BodyId id) {
   const Call call{"remove_body"};
-  State& state = *state_;
+  State& state = changing();
   BodyEntry& entry = state.body(call, "id", id);
   if (entry.joints > 0) {
     call.refuse("id", "a body without joints",
@@ -132,7 +132,7 @@ void World::remove_body(BodyId id) {
 // A joint between them keeps them apart as well; Bullet counts how often it's told.
 void World::keep_apart(BodyId a, BodyId b) {
   const Call call{"keep_apart"};
-  State& state = *state_;
+  State& state = changing();
   BodyEntry& one = state.body(call, "a", a);
   BodyEntry& other = state.body(call, "b", b);
   if (&one == &other) {
@@ -155,7 +155,8 @@ void World::keep_apart(BodyId a, BodyId b) {
 
 void World::set_pose(BodyId id, const Pose& pose) {
   const Call call{"set_pose"};
-  BodyEntry& entry = state_->body(call, "id", id);
+  State& state = changing();
+  BodyEntry& entry = state.body(call, "id", id);
   const btTransform checked = to_transform(call, "pose", pose);
   if (entry.motion == Motion::Static) {
     call.refuse("id", "a dynamic or kinematic body",
@@ -166,7 +167,7 @@ void World::set_pose(BodyId id, const Pose& pose) {
     // Bullet takes the velocity from the difference to its interpolation transform.
     body.setWorldTransform(checked);
   } else {
-    wake_neighbours(*state_, body);
+    wake_neighbours(state, body);
     body.setCenterOfMassTransform(checked);
   }
   body.activate();
@@ -174,14 +175,15 @@ void World::set_pose(BodyId id, const Pose& pose) {
 
 void World::set_velocity(BodyId id, std::array<double, 3> linear, std::array<double, 3> angular) {
   const Call call{"set_velocity"};
-  BodyEntry& entry = state_->body(call, "id", id);
+  State& state = changing();
+  BodyEntry& entry = state.body(call, "id", id);
   const btVector3 checked_linear = call.numbers("linear", linear);
   const btVector3 checked_angular = call.numbers("angular", angular);
   if (entry.motion != Motion::Dynamic) {
     call.refuse("id", "a dynamic body",
                 "body " + std::to_string(id.slot) + ", which is static or kinematic");
   }
-  if (!within(checked_linear, state_->fastest())) {
+  if (!within(checked_linear, state.fastest())) {
     call.refuse("linear", "at most 5e5 m in a step", to_text(checked_linear) + " m/s");
   }
   entry.body->setLinearVelocity(checked_linear);
@@ -192,7 +194,8 @@ void World::set_velocity(BodyId id, std::array<double, 3> linear, std::array<dou
 void World::push(BodyId id, Push kind, std::array<double, 3> vector, bool has_point,
                  std::array<double, 3> point) {
   const Call call{"push"};
-  BodyEntry& entry = state_->body(call, "id", id);
+  State& state = changing();
+  BodyEntry& entry = state.body(call, "id", id);
   const btVector3 checked = call.numbers("vector", vector);
   if (entry.motion != Motion::Dynamic) {
     call.refuse("id", "a dynamic body",
@@ -208,7 +211,7 @@ void World::push(BodyId id, Push kind, std::array<double, 3> vector, bool has_po
   const btVector3 move = moves ? checked : btVector3(0, 0, 0);
   const btVector3 turn = moves ? arm.cross(checked) : checked;
   const bool stays_in_range =
-      at_once ? within(body.getLinearVelocity() + move * body.getInvMass(), state_->fastest()) &&
+      at_once ? within(body.getLinearVelocity() + move * body.getInvMass(), state.fastest()) &&
                     in_range(body.getAngularVelocity() + body.getInvInertiaTensorWorld() * turn)
               : in_range(body.getTotalForce() + move) && in_range(body.getTotalTorque() + turn);
   if (!stays_in_range) {
@@ -239,17 +242,18 @@ void World::push(BodyId id, Push kind, std::array<double, 3> vector, bool has_po
 std::size_t World::body_slots() const noexcept { return state_->bodies.size(); }
 
 void World::read_bodies(rust::Slice<BodyState> out) const {
-  if (out.size() != state_->bodies.size()) {
-    Call{"read_bodies"}.refuse("out", std::to_string(state_->bodies.size()) + " entries long",
+  const State& state = settled();
+  if (out.size() != state.bodies.size()) {
+    Call{"read_bodies"}.refuse("out", std::to_string(state.bodies.size()) + " entries long",
                                std::to_string(out.size()));
   }
   for (std::size_t slot = 0; slot < out.size(); ++slot) {
     BodyState& to = out[slot];
-    if (!state_->bodies[slot]) {
+    if (!state.bodies[slot]) {
       to = BodyState{};
       continue;
     }
-    const btRigidBody& body = *state_->bodies[slot]->body;
+    const btRigidBody& body = *state.bodies[slot]->body;
     const btTransform& pose = body.getWorldTransform();
     to.position = to_array(pose.getOrigin());
     for (int row = 0; row < 3; ++row) {

@@ -29,6 +29,11 @@ class Broadphase final : public btSimpleBroadphase {
   // Whether a body could meet another that isn't a plane.
   bool needs_box(const btBroadphaseProxy& proxy) { return info_of(proxy).needs_box; }
   bool is_plane(const btBroadphaseProxy& proxy) { return info_of(proxy).is_plane; }
+  // Whether all that could ever meet does, and one of each two is a plane.
+  bool only_meets_planes() {
+    study();
+    return all_with_planes_ && m_pairCache->getNumOverlappingPairs() == int(pairs_.size());
+  }
   // How far from its body's origin a shape goes at most; nothing of a plane.
   btScalar reach(const btBroadphaseProxy& proxy) { return info_of(proxy).reach; }
 

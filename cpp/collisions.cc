@@ -98,10 +98,7 @@ void Broadphase::study() {
 }
 
 void Broadphase::calculateOverlappingPairs(btDispatcher* dispatcher) {
-  study();
-  // All that's in the cache is among the pairs.
-  const bool all_known = m_pairCache->getNumOverlappingPairs() == int(pairs_.size());
-  if (all_with_planes_ && all_known) return;
+  if (only_meets_planes()) return;  // all that's in the cache is among the pairs
   for (const auto& [a, b] : pairs_) {
     const bool known = m_pairCache->findPair(a, b) != nullptr;
     const bool overlap = aabbOverlap(a, b);

@@ -6,11 +6,12 @@
 namespace itarl {
 
 std::size_t World::contact_count() const noexcept {
-  const btDispatcher& dispatcher = state_->dispatcher;
+  state_->settle();
+  btCollisionDispatcher& dispatcher = state_->dispatcher;
   std::size_t count = 0;
   for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
     count += static_cast<std::size_t>(
-        state_->dispatcher.getManifoldByIndexInternal(i)->getNumContacts());
+        dispatcher.getManifoldByIndexInternal(i)->getNumContacts());
   }
   return count;
 }

@@ -346,7 +346,7 @@ std::unique_ptr<btTypedConstraint> make_joint(const Call& call, JointKind kind, 
 
 JointId World::add_joint(const JointSpec& spec) {
   const Call call{"add_joint"};
-  State& state = *state_;
+  State& state = changing();
   BodyEntry& parent = state.body(call, "parent", spec.parent);
   BodyEntry& child = state.body(call, "child", spec.child);
   if (&parent == &child) {
@@ -392,7 +392,7 @@ JointId World::add_joint(const JointSpec& spec) {
 }
 
 void World::remove_joint(JointId id) {
-  State& state = *state_;
+  State& state = changing();
   JointEntry& entry = state.joint(Call{"remove_joint"}, "id", id);
   entry.parent->body->activate();
   entry.child->body->activate();
@@ -431,6 +431,7 @@ void World::set_motors(rust::Slice<const MotorCommand> commands) {
     const JointEntry& entry = *state.joints[command.joint.slot];
     set_motor(entry, int(command.axis), btScalar(command.target_velocity),
               btScalar(command.max_force), state.time_step);
+    if (state.cohort) continue;  // where nobody sleeps
     entry.parent->body->activate();
     entry.child->body->activate();
   }
@@ -439,12 +440,13 @@ void World::set_motors(rust::Slice<const MotorCommand> commands) {
 std::size_t World::joint_slots() const noexcept { return state_->joints.size(); }
 
 void World::read_joints(rust::Slice<JointState> out) const {
-  if (out.size() != state_->joints.size()) {
-    Call{"read_joints"}.refuse("out", std::to_string(state_->joints.size()) + " entries long",
+  const State& state = settled();
+  if (out.size() != state.joints.size()) {
+    Call{"read_joints"}.refuse("out", std::to_string(state.joints.size()) + " entries long",
                                std::to_string(out.size()));
   }
   for (std::size_t slot = 0; slot < out.size(); ++slot) {
-    const auto& entry = state_->joints[slot];
+    const auto& entry = state.joints[slot];
     out[slot] = entry ? read_joint(*entry) : JointState{};
   }
 }
@@ -461,6 +463,14 @@ void World::read_angles_of(rust::Slice<const JointId> ids, rust::Slice<double> o
       state_->joint(call, "ids[" + std::to_string(i) + "]", ids[i]);
     }
     const JointEntry& entry = *joints[ids[i].slot];
+    if (state_->cohort) {
+      if (const auto angle = state_->cohort->angle(state_->lane, ids[i].slot)) {
+        const std::array<double, 3> about_x{double(*angle), 0, 0};
+        std::copy(about_x.begin(), about_x.end(), out.begin() + std::ptrdiff_t(3 * i));
+        continue;
+      }
+      state_->settle();
+    }
     const auto angles = angles_of(entry, entry.parent->body->getWorldTransform().getBasis(),
                                   entry.child->body->getWorldTransform().getBasis());
     std::copy(angles.begin(), angles.end(), out.begin() + std::ptrdiff_t(3 * i));

@@ -120,7 +120,7 @@ void MotorMeter::see(const btTypedConstraint& joint, const btSolverConstraint* r
 }
 
 void World::measure_motors(bool measure) noexcept {
-  State& state = *state_;
+  State& state = changing();
   state.solver.set_observer(measure ? &state.motors : nullptr);
   state.motors.begin(state.time_step);
 }

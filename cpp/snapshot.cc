@@ -381,6 +381,7 @@ void read_manifolds(Reader& from, State& state) {
 }  // namespace
 
 rust::Slice<const std::uint8_t> World::encode_state() {
+  state_->settle();
   State& state = *state_;
   if (state.broken) throw *state.broken;
   Writer to(state.snapshot);
@@ -398,7 +399,7 @@ rust::Slice<const std::uint8_t> World::encode_state() {
 }
 
 void World::decode_state(rust::Slice<const std::uint8_t> bytes) {
-  State& state = *state_;
+  State& state = changing();
   try {
     Reader from(bytes);
     state.steps = from.get<std::uint64_t>();

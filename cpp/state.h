@@ -18,6 +18,10 @@
 
 namespace itarl {
 
+namespace lockstep {
+class Cohort;
+}
+
 #ifdef ITARL_FLOAT64
 static_assert(sizeof(btScalar) == 8, "float64 needs Bullet's headers with BT_USE_DOUBLE_PRECISION");
 #else
@@ -95,6 +99,13 @@ struct State {
   // Another one after bodies or joints came or went: copies of what they're made of are good as long
   // as it's the same.
   std::shared_ptr<const int> build = std::make_shared<int>();
+
+  // With whom the world lives in lanes, if it does, and in which one.
+  std::shared_ptr<lockstep::Cohort> cohort;
+  std::size_t lane = 0;
+  // Brings Bullet's objects up to date with it.
+  void settle() const;
+  void leave_lanes();
 
   void restructure() {
     structure.clear();

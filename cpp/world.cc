@@ -1,6 +1,7 @@
 // A world's life and its step.
 #include "world.h"
 
+#include "lockstep/cohort.h"
 #include "state.h"
 
 namespace itarl {
@@ -122,6 +123,15 @@ JointEntry& State::joint(const Call& call, std::string_view argument, JointId id
   return find(joints, call, argument, id);
 }
 
+void State::settle() const {
+  if (cohort) cohort->settle(lane, const_cast<State&>(*this));
+}
+
+void State::leave_lanes() {
+  settle();
+  cohort.reset();
+}
+
 void State::begin_step() {
   if (solver.is_observed()) motors.begin(time_step);
 }
@@ -140,10 +150,20 @@ void check_step(State& state) {
 World::World(const WorldSpec& spec) : state_(std::make_unique<State>(spec)) {}
 World::~World() = default;
 
+const State& World::settled() const {
+  state_->settle();
+  return *state_;
+}
+
+State& World::changing() {
+  state_->leave_lanes();
+  return *state_;
+}
+
 std::unique_ptr<World> new_world(const WorldSpec& spec) { return std::make_unique<World>(spec); }
 
 void World::step() {
-  State& state = *state_;
+  State& state = changing();
   if (state.broken) throw *state.broken;
   state.begin_step();
   // With 0 substeps stepSimulation makes one step of exactly this length.

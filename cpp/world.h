@@ -83,6 +83,11 @@ class World {
   void decode_state(rust::Slice<const std::uint8_t> bytes);
 
  private:
+  // The state for those who read what moves, and for those who change anything: a world that lives in
+  // lanes is brought up to date for the former, and leaves them for the latter.
+  const State& settled() const;
+  State& changing();
+
   std::unique_ptr<State> state_;
 };
 

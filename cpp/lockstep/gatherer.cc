@@ -1,8 +1,12 @@
 #include "lockstep/gatherer.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
 
 #include "lockstep/joint_form.h"
+#include "lockstep/moving.h"
 #include "state.h"
 
 namespace itarl::lockstep {
@@ -14,8 +18,8 @@ constexpr std::size_t kMostCopies = 16;
 
 }  // namespace
 
-std::uint64_t Gatherer::enter(const std::vector<WorldRows*>& lanes, int width) {
-  lanes_ = lanes;
+std::uint64_t Gatherer::enter(const std::vector<State*>& worlds, int width) {
+  lanes_ = worlds;
   width_ = width;
   copy_ = &copy_for(width);
   return copy_->number;
@@ -25,7 +29,10 @@ void Gatherer::gather(const RowLayout& layout) {
   gather_worlds();
   plan(layout);
   gather_motors();
-  with_width(width_, [&](auto width) { gather_bodies<width.value>(layout.body_count()); });
+}
+
+void Gatherer::gather_bodies(const RowLayout& layout, const std::vector<WorldRows*>& lanes) {
+  with_width(width_, [&](auto width) { gather_bodies<width.value>(layout.body_count(), lanes); });
 }
 
 Gatherer::Copy& Gatherer::copy_for(int width) {
@@ -33,7 +40,7 @@ Gatherer::Copy& Gatherer::copy_for(int width) {
     return copy->width == width &&
            std::equal(
                copy->builds.begin(), copy->builds.end(), lanes_.begin(), lanes_.end(),
-               [](const auto& build, const WorldRows* of) { return build == of->state().build; });
+               [](const auto& build, const State* of) { return build == of->build; });
   };
   const auto known = std::find_if(copies_.begin(), copies_.end(), is_same);
   if (known != copies_.end()) return **known;
@@ -48,14 +55,14 @@ Gatherer::Copy& Gatherer::copy_for(int width) {
   copy.width = width;
   copy.number = ++made_;
   fill(copy);
-  for (const WorldRows* const of : lanes_) copy.builds.push_back(of->state().build);
+  for (const State* const of : lanes_) copy.builds.push_back(of->build);
   return copy;
 }
 
 void Gatherer::fill(Copy& copy) const {
   copy.places.clear();
   std::uint32_t size = 0;
-  const auto& joints = lane(0).state().joints;  // as in all of them
+  const auto& joints = lane(0).joints;  // as in all of them
   for (const auto& entry : joints) {
     copy.places.push_back(size);
     if (entry) size += numbers_of(entry->form.type);
@@ -63,7 +70,7 @@ void Gatherer::fill(Copy& copy) const {
   const auto width = std::size_t(width_);
   copy.numbers.make_room(size * width);
   for (std::size_t i = 0; i < width; ++i) {
-    State& state = lane(i).state();
+    State& state = lane(i);
     for (std::size_t joint = 0; joint < joints.size(); ++joint) {
       const auto& entry = state.joints[joint];
       if (!entry || entry->form.type.kind() == JointType::FromPools) continue;
@@ -81,7 +88,7 @@ void Gatherer::plan(const RowLayout& layout) {
   for (std::uint32_t i = 0; i < keys.size(); ++i) {
     const JointKey& key = keys[i];
     if (key.type.kind() == JointType::FromPools) continue;
-    const auto rows = std::uint32_t(lane(0).state().joints[key.joint]->form.rows.size());
+    const auto rows = std::uint32_t(lane(0).joints[key.joint]->form.rows.size());
     plans_.push_back({key.type, key.a * kBodyNumbers, key.b * kBodyNumbers,
                       copy_->places[key.joint], layout.first_row(i), rows});
     joints_.push_back(key.joint);
@@ -92,7 +99,7 @@ void Gatherer::gather_worlds() {
   const auto width = std::size_t(width_);
   worlds_.make_room(kWorldNumbers * width);
   for (std::size_t i = 0; i < width; ++i) {
-    const btScalar time_step = lane(i).state().time_step;
+    const btScalar time_step = lane(i).time_step;
     const btScalar fps = 1.f / time_step, dt = btScalar(1) / fps;
     Scalar* const to = worlds_.begin() + i;
     to[kFps * width] = fps;
@@ -100,6 +107,18 @@ void Gatherer::gather_worlds() {
     to[kStiffest * width] = btScalar(1) / dt / dt / btScalar(16);
     to[kTimeStep * width] = time_step;
     to[kPerSecond * width] = btScalar(1) / time_step;
+    const btContactSolverInfo& info = lane(i).world.getSolverInfo();
+    to[kContactCfm * width] = info.m_globalCfm * (btScalar(1) / time_step);
+    to[kContactErp * width] = info.m_erp2;
+    to[kRelaxation * width] = info.m_sor;
+    to[kWarmStart * width] = info.m_warmstartingFactor;
+    to[kSlop * width] = info.m_linearSlop;
+    to[kLeastBounce * width] = info.m_restitutionVelocityThreshold;
+    to[kDeepest * width] = info.m_splitImpulse ? btScalar(info.m_splitImpulsePenetrationThreshold)
+                                               : -std::numeric_limits<btScalar>::infinity();
+    to[kFastest * width] = btScalar(lane(i).fastest());
+    to[kFarthest * width] = btScalar(kFarthestPlace);
+    to[kLargest * width] = btScalar(kLargestNumber);
   }
 }
 
@@ -109,7 +128,7 @@ void Gatherer::gather_motors() {
     const JointPlan& plan = plans_[k];
     Scalar* const numbers = copy_->numbers.begin() + plan.numbers * width;
     for (std::size_t i = 0; i < width; ++i) {
-      btTypedConstraint& joint = *lane(i).state().joints[joints_[k]]->joint;
+      btTypedConstraint& joint = *lane(i).joints[joints_[k]]->joint;
       const auto put = [&](std::uint32_t target, btScalar velocity, btScalar force) {
         numbers[target * width + i] = velocity;
         numbers[(target + 1) * width + i] = force;
@@ -143,13 +162,13 @@ void Gatherer::gather_motors() {
 }
 
 template <int W>
-void Gatherer::gather_bodies(std::uint32_t bodies) {
+void Gatherer::gather_bodies(std::uint32_t bodies, const std::vector<WorldRows*>& lanes) {
   static const btVector3 zero(0, 0, 0);
   bodies_.make_room(std::size_t(bodies) * kBodyNumbers * W);
   for (std::uint32_t body = 0; body < bodies; ++body) {
     Scalar* const to = bodies_.begin() + std::size_t(body) * kBodyNumbers * W;
     std::array<const btSolverBody*, W> from;
-    for (std::size_t i = 0; i < W; ++i) from[i] = lane(i).body(body);
+    for (std::size_t i = 0; i < W; ++i) from[i] = lanes[std::min(i, lanes.size() - 1)]->body(body);
     alignas(64) std::array<Scalar, W> unused;
     const auto three = [&](std::uint32_t place, auto member) {
       Scalar* const x = to + place * W;
@@ -192,6 +211,7 @@ JointTask& Gatherer::task(const RowLayout& layout, Scalar* values, Scalar* large
            worlds_.begin(),
            bodies_.begin(),
            copy_->numbers.begin(),
+           nullptr,
            values,
            int(lanes_.size()),
            0,
@@ -201,31 +221,32 @@ JointTask& Gatherer::task(const RowLayout& layout, Scalar* values, Scalar* large
   return task_;
 }
 
-void Gatherer::report(std::uint32_t lanes) const {
-  with_width(width_, [&](auto width) { report_lanes<width.value>(lanes); });
-}
-
-template <int W>
-void Gatherer::report_lanes(std::uint32_t lanes) const {
-  btVector3 nowhere;
-  std::array<JointEntry*, W> to{};
+void Gatherer::report(std::uint32_t lane, State& to) const {
+  const auto width = std::size_t(width_);
   for (std::size_t k = 0; k < plans_.size(); ++k) {
     const PlacedRow& last = task_.rows[plans_[k].first_row + plans_[k].row_count - 1];
-    for (std::size_t i = 0; i < lanes_.size(); ++i) {
-      if ((lanes >> i & 1) == 0) continue;
-      to[i] = lanes_[i]->state().joints[joints_[k]].get();
-      to[i]->joint->internalSetAppliedImpulse(task_.values[last.applied * W + i]);
-    }
-    const Scalar* const from = reports_.begin() + k * kReportNumbers * W;
-    const auto part = [&](const Scalar* numbers, btVector3 btJointFeedback::* which) {
-      hand_out<W>(numbers, [&](int lane) {
-        JointEntry* const entry = to[std::size_t(lane)];
-        return (entry == nullptr ? nowhere : entry->feedback.*which).m_floats;
-      });
-    };
-    part(from, &btJointFeedback::m_appliedForceBodyB);
-    part(from + 3 * W, &btJointFeedback::m_appliedTorqueBodyB);
+    JointEntry& joint = *to.joints[joints_[k]];
+    joint.joint->internalSetAppliedImpulse(task_.values[last.applied * width + lane]);
+    const Scalar* const from = reports_.begin() + k * kReportNumbers * width + lane;
+    const auto number = [&](std::size_t i) { return from[i * width]; };
+    joint.feedback.m_appliedForceBodyB.setValue(number(0), number(1), number(2));
+    joint.feedback.m_appliedTorqueBodyB.setValue(number(3), number(4), number(5));
   }
+}
+
+// As check_impulses in world.cc.
+std::uint32_t Gatherer::not_finite() const {
+  const auto width = std::size_t(width_);
+  std::array<Scalar, 16> sums{};
+  for (std::size_t k = 0; k < 2 * plans_.size(); ++k) {
+    const Scalar* const x = reports_.begin() + 3 * k * width;
+    for (std::size_t i = 0; i < width; ++i) {
+      sums[i] += (std::abs(x[i]) + std::abs(x[width + i]) + std::abs(x[2 * width + i])) * 0;
+    }
+  }
+  std::uint32_t bits = 0;
+  for (std::size_t i = 0; i < width; ++i) bits |= std::uint32_t(!(sums[i] == 0)) << i;
+  return bits;
 }
 
 MoveTask Gatherer::moves(const RowLayout& layout, const Scalar* values) {
@@ -235,40 +256,16 @@ MoveTask Gatherer::moves(const RowLayout& layout, const Scalar* values) {
   }
   moved_.make_room(std::size_t(layout.body_count()) * kMovedNumbers * std::size_t(width_));
   return {layout.body_count(), body_places_.data(), worlds_.begin(), bodies_.begin(), values,
-          int(lanes_.size()),  moved_.begin()};
+          int(lanes_.size()),  moved_.begin(),       kMovedNumbers};
 }
 
-void Gatherer::move(std::uint32_t lanes) const {
-  with_width(width_, [&](auto width) { move_lanes<width.value>(lanes); });
-}
-
-template <int W>
-void Gatherer::move_lanes(std::uint32_t lanes) const {
-  btVector3 vectors[W][kMovedNumbers / 3];
-  for (std::uint32_t body = 0; body < body_places_.size(); ++body) {
-    const Scalar* const from = moved_.begin() + std::size_t(body) * kMovedNumbers * W;
-    for (std::uint32_t i = 0; i < kMovedNumbers / 3; ++i) {
-      hand_out<W>(from + 3 * i * W, [&](int lane) { return vectors[lane][i].m_floats; });
-    }
-    for (std::size_t i = 0; i < lanes_.size(); ++i) {
-      if ((lanes >> i & 1) == 0) continue;
-      const btVector3* const v = vectors[i];
-      btRigidBody& to = *lanes_[i]->body(body)->m_originalBody;
-      btTransform& pose = to.getWorldTransform();
-      // Bullet lets nobody set this; it would work it out once more.
-      auto& inertia = const_cast<btMatrix3x3&>(to.getInvInertiaTensorWorld());
-      for (int row = 0; row < 3; ++row) {
-        pose.getBasis()[row] = v[kMovedBasis / 3 + row];
-        inertia[row] = v[kMovedInertia / 3 + row];
-      }
-      pose.setOrigin(v[kMovedOrigin / 3]);
-      to.getInterpolationWorldTransform() = pose;
-      to.setLinearVelocity(v[kMovedLinear / 3]);
-      to.setAngularVelocity(v[kMovedAngular / 3]);
-      to.setInterpolationLinearVelocity(v[kMovedLinear / 3]);
-      to.setInterpolationAngularVelocity(v[kMovedAngular / 3]);
-      to.setCompanionId(-1);
-      to.clearForces();
+void Gatherer::move(std::uint32_t lanes, const std::vector<WorldRows*>& to) const {
+  const auto width = std::size_t(width_);
+  for (std::size_t i = 0; i < to.size(); ++i) {
+    if ((lanes >> i & 1) == 0) continue;
+    for (std::uint32_t body = 0; body < body_places_.size(); ++body) {
+      const Scalar* const from = moved_.begin() + std::size_t(body) * kMovedNumbers * width + i;
+      put_body(*to[i]->body(body)->m_originalBody, from, width);
     }
   }
 }

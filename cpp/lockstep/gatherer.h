@@ -10,24 +10,38 @@
 #include "lockstep/layout.h"
 #include "lockstep/vectors.h"
 
+namespace itarl {
+struct State;
+}
+
 namespace itarl::lockstep {
 
 class Gatherer {
  public:
   // Worlds that are about to be swept. Gives a number, above 0, that stands for them as long as
   // they're built as they are.
-  std::uint64_t enter(const std::vector<WorldRows*>& lanes, int width);
+  std::uint64_t enter(const std::vector<State*>& worlds, int width);
   // Reads what the rows of a layout's joints need.
   void gather(const RowLayout& layout);
+  // And piece by piece: where rows are, what joints' motors are to do.
+  void plan(const RowLayout& layout);
+  void gather_worlds();
+  void gather_motors();
+  // The same of the joints' bodies, as the worlds' solvers have them.
+  void gather_bodies(const RowLayout& layout, const std::vector<WorldRows*>& lanes);
   // The rows to make in `values`, the sweep's. Valid until the next gather().
   JointTask& task(const RowLayout& layout, Scalar* values, Scalar* largest_k);
-  // Once the task is done and reported of: hands their reports to the joints of these lanes'
-  // worlds.
-  void report(std::uint32_t lanes) const;
+  // Once the task is done and reported of: hands their reports to the joints of the world in a lane.
+  void report(std::uint32_t lane, State& to) const;
+  // Lanes with a report that isn't finite, as bits.
+  std::uint32_t not_finite() const;
+  const Scalar* worlds() const { return worlds_.begin(); }
+  // Which of the task's plans are of which joints.
+  const std::vector<std::uint32_t>& joints() const { return joints_; }
   // The bodies to move, once they're swept.
   MoveTask moves(const RowLayout& layout, const Scalar* values);
   // Once they're moved: hands these lanes' worlds where their bodies are, and how fast.
-  void move(std::uint32_t lanes) const;
+  void move(std::uint32_t lanes, const std::vector<WorldRows*>& to) const;
 
  private:
   // What doesn't change from step to step, of joints by their ids.
@@ -40,21 +54,12 @@ class Gatherer {
   };
   Copy& copy_for(int width);
   void fill(Copy& copy) const;
-  void plan(const RowLayout& layout);
-  void gather_worlds();
-  void gather_motors();
   template <int W>
-  void gather_bodies(std::uint32_t bodies);
-  template <int W>
-  void report_lanes(std::uint32_t lanes) const;
-  template <int W>
-  void move_lanes(std::uint32_t lanes) const;
+  void gather_bodies(std::uint32_t bodies, const std::vector<WorldRows*>& lanes);
   // Empty lanes do what the last one does: no number is a surprise there.
-  const WorldRows& lane(std::size_t i) const {
-    return *lanes_[i < lanes_.size() ? i : lanes_.size() - 1];
-  }
+  State& lane(std::size_t i) const { return *lanes_[i < lanes_.size() ? i : lanes_.size() - 1]; }
 
-  std::vector<WorldRows*> lanes_;
+  std::vector<State*> lanes_;
   int width_ = 1;
   std::vector<std::unique_ptr<Copy>> copies_;
   std::size_t next_copy_ = 0;  // the one to give up when there are too many

@@ -66,8 +66,8 @@ void RowLayout::need_contacts(std::uint32_t body, std::uint32_t count) {
   settled_ = false;
 }
 
-void RowLayout::set_form(const PlacedRow& row, Form form) {
-  forms_[row.owner][row.part] = form;
+void RowLayout::set_form(std::uint32_t joint, std::uint32_t part, Form form) {
+  forms_[joint][part] = form;
   settled_ = false;
 }
 

@@ -56,13 +56,15 @@ class RowLayout {
   // What is known of a joint's row. It begins as the most special form and only becomes more
   // general, whereupon places change.
   Form form(const PlacedRow& row) const { return forms_[row.owner][row.part]; }
-  void set_form(const PlacedRow& row, Form form);
+  void set_form(const PlacedRow& row, Form form) { set_form(row.owner, row.part, form); }
+  void set_form(std::uint32_t joint, std::uint32_t part, Form form);
 
   // The worlds, by a number, whose forms of rows that lanes make were set last: they don't change.
   std::uint64_t fitted_to = 0;
 
   // Brings places and order up to date after the above.
   void settle();
+  bool is_settled() const { return settled_; }
 
   // In Bullet's order: rows of joints, then of contacts.
   const std::vector<PlacedRow>& rows() const { return placed_; }
@@ -83,6 +85,15 @@ class RowLayout {
   // A body's contact in the layout; without a list of all contacts.
   std::uint32_t contact_index(std::uint32_t body, std::uint32_t number) const {
     return first_contact_[body] + number;
+  }
+  // The row of a contact in the layout, and its first row of friction, among rows().
+  std::uint32_t contact_row(std::uint32_t contact) const {
+    const auto apart = std::uint32_t(interleaved_ ? 1 + frictions_ : 1);
+    return std::uint32_t(joint_row_count_) + contact * apart;
+  }
+  std::uint32_t friction_row(std::uint32_t contact) const {
+    if (interleaved_) return contact_row(contact) + 1;
+    return contact_row(std::uint32_t(contacts_.size())) + contact * std::uint32_t(frictions_);
   }
   bool lists_contacts() const { return !signature_.contacts.empty(); }
   std::size_t contact_count() const { return contacts_.size(); }

@@ -17,6 +17,9 @@ namespace {
 // Orders of joints, and touching pairs of bodies, for which a layout is kept.
 constexpr std::size_t kMostLayouts = 64;
 
+// Steps after which worlds that could not live in lanes are tried again.
+constexpr std::uint32_t kMostPatience = 1024;
+
 Instructions instructions_of(std::uint8_t number) {
   return number >= 2   ? Instructions::Avx512
          : number == 1 ? Instructions::Avx2
@@ -65,10 +68,11 @@ void Lockstep::step() {
   }
   study(*states[0]);
   const std::size_t most = std::size_t(lockstep::most_lanes(instructions_));
+  homes_.resize((states.size() + most - 1) / most);
   for (std::size_t i = 0; i < states.size(); i += most) {
     const std::size_t count = std::min(most, states.size() - i);
     try {
-      step_some(&states[i], &results_[i], count);
+      step_some(&states[i], &results_[i], count, homes_[i / most]);
     } catch (...) {  // out of memory, say, in the middle of a step
       for (std::size_t k = i; k < i + count; ++k) {
         states[k]->solver.abandon();
@@ -100,7 +104,78 @@ void Lockstep::study(const State& state) {
   }
 }
 
-void Lockstep::step_some(State** states, std::optional<Refusal>* results, std::size_t count) {
+void Lockstep::step_some(State** states, std::optional<Refusal>* results, std::size_t count,
+                         Home& home) {
+  if (home.cohort && home.cohort->is_of(states, count)) {
+    step_cohort(states, results, count, home);
+    return;
+  }
+  home.cohort.reset();
+  for (std::size_t i = 0; i < count; ++i) states[i]->leave_lanes();
+  step_by_bullet(states, results, count);
+  if (home.wait > 0) {
+    --home.wait;
+  } else {
+    make_cohort(count, home);
+  }
+}
+
+// The next steps are made in lanes alone, if they can be. Where they can't, or not for long, it's
+// tried ever more rarely.
+void Lockstep::make_cohort(std::size_t count, Home& home) {
+  alike_.clear();
+  for (std::size_t i = 0; i < count; ++i) alike_.push_back(lanes_[i].get());
+  const bool all_swept = swept_now_ == count;
+  if (all_swept) {
+    home.cohort = lockstep::Cohort::of(alike_, dynamic_ids_,
+                                       lockstep::choose_sweep(instructions_, int(count)));
+  }
+  if (home.cohort) {
+    home.cohort->admit();
+    return;
+  }
+  home.wait = home.patience;
+  home.patience = std::min(2 * home.patience, kMostPatience);
+}
+
+void Lockstep::step_cohort(State** states, std::optional<Refusal>* results, std::size_t count,
+                           Home& home) {
+  lockstep::Cohort& cohort = *home.cohort;
+  const auto start = Clock::now();
+  cohort.begin();
+  const auto begun = Clock::now();
+  cohort.sweep();
+  const auto swept = Clock::now();
+  const std::uint32_t left = cohort.end(), broken = cohort.left_range();
+  ++sweeps_;
+  for (std::size_t i = 0; i < count; ++i) {
+    if ((left >> i & 1) != 0) continue;
+    ++swept_;
+    if ((broken >> i & 1) == 0) {
+      ++states[i]->steps;
+      continue;
+    }
+    states[i]->leave_lanes();
+    try {
+      check_step(*states[i]);
+    } catch (const Refusal& refusal) {
+      results[i] = refusal;
+    }
+  }
+  begin_ += begun - start;
+  sweep_ += swept - begun;
+  end_ += Clock::now() - swept;
+  for (std::size_t i = 0; i < count; ++i) {
+    if ((left >> i & 1) != 0) step_by_bullet(&states[i], &results[i], 1);
+  }
+  if (left == 0) return;
+  home.wait = home.patience;
+  home.patience = std::min(2 * home.patience, kMostPatience);
+}
+
+// With the rest of Bullet's step done by Bullet, world by world.
+void Lockstep::step_by_bullet(State** states, std::optional<Refusal>* results, std::size_t count) {
+  swept_now_ = 0;
   const auto start = Clock::now();
   begin_steps(states, count);
   set_up_solvers(states, count);
@@ -209,6 +284,8 @@ void Lockstep::sweep_alike() {
       lanes[i]->solver().iterate();
     } else {
       ++swept_;
+      ++swept_now_;
+      ++bullet_contacts_;
       bullet_rows_ += lanes[i]->solver().joint_rows().size() > 0;
       bullet_moves_ += !lanes[i]->can_move();
       fine |= std::uint32_t{1} << i;
@@ -236,7 +313,7 @@ RowLayout& Lockstep::layout_for(const WorldRows& lane, int width) {
 
 LockstepCounts Lockstep::counts() const noexcept {
   return {swept_,           sweeps_,     idle_,        separate_groups_, unsupported_,
-          maybe_converged_, not_finite_, bullet_rows_, bullet_moves_};
+          maybe_converged_, not_finite_, bullet_rows_, bullet_moves_,    bullet_contacts_};
 }
 
 LockstepTimes Lockstep::times() const noexcept {

@@ -12,6 +12,7 @@
 #include "lockstep/gyroscopic.h"
 #include "lockstep/world_rows.h"
 #include "lockstep/layout.h"
+#include "lockstep/cohort.h"
 #include "lockstep/packing.h"
 
 namespace itarl {
@@ -36,7 +37,16 @@ class Lockstep {
   LockstepTimes times() const noexcept;
 
  private:
-  void step_some(State** states, std::optional<Refusal>* results, std::size_t count);
+  // Some worlds that are stepped together, and what they live in between steps.
+  struct Home {
+    std::shared_ptr<lockstep::Cohort> cohort;
+    // Steps until a cohort is tried again, and how many that were the last time.
+    std::uint32_t wait = 0, patience = 1;
+  };
+  void step_some(State** states, std::optional<Refusal>* results, std::size_t count, Home& home);
+  void step_cohort(State** states, std::optional<Refusal>* results, std::size_t count, Home& home);
+  void step_by_bullet(State** states, std::optional<Refusal>* results, std::size_t count);
+  void make_cohort(std::size_t count, Home& home);
   void begin_steps(State** states, std::size_t count);
   void set_up_solvers(State** states, std::size_t count);
   void sweep_all();
@@ -58,10 +68,13 @@ class Lockstep {
   std::vector<lockstep::WorldRows*> waiting_, alike_;
   std::vector<std::unique_ptr<lockstep::RowLayout>> layouts_;
   std::vector<State*> live_;  // worlds in the step that aren't broken
+  std::vector<Home> homes_;
+  std::size_t swept_now_ = 0;  // worlds in the step
   lockstep::Gyroscopic gyroscopic_;
   lockstep::Packing packing_;
   std::uint64_t swept_ = 0, sweeps_ = 0, idle_ = 0, separate_groups_ = 0, unsupported_ = 0,
-                maybe_converged_ = 0, not_finite_ = 0, bullet_rows_ = 0, bullet_moves_ = 0;
+                maybe_converged_ = 0, not_finite_ = 0, bullet_rows_ = 0, bullet_moves_ = 0,
+                bullet_contacts_ = 0;
   // What each part of a step took so far.
   using Clock = std::chrono::steady_clock;
   Clock::duration begin_{}, pack_{}, sweep_{}, unpack_{}, end_{};

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstring>
 #include <limits>
 
+#include "lockstep/residual.h"
 #include "lockstep/vectors.h"
 #include "state.h"
 
@@ -127,9 +127,11 @@ class Writer {
 void Packing::pack(RowLayout& layout, std::vector<WorldRows*>& lanes, const SweepChoice& choice) {
   layout_ = &layout;
   lanes_ = lanes;
+  states_.clear();
+  for (const WorldRows* const lane : lanes) states_.push_back(&lane->state());
   width_ = choice.lanes;
   make_room(layout);
-  group_ = numbers_.enter(lanes_, width_);
+  group_ = numbers_.enter(states_, width_);
   switch (width_) {
     case 16:
       pack_lanes<16>(layout);
@@ -147,6 +149,7 @@ void Packing::pack(RowLayout& layout, std::vector<WorldRows*>& lanes, const Swee
       pack_lanes<1>(layout);
   }
   numbers_.gather(layout);
+  numbers_.gather_bodies(layout, lanes_);
   joints_ = &numbers_.task(layout, values_, largest_k_.data());
   choice.make_rows(*joints_);
   layout.rows_in_order(contacts_now_, rows_);
@@ -246,34 +249,13 @@ void Packing::pack_bodies(const RowLayout& layout) {
 }
 
 Sweep Packing::sweep(int iterations) {
-  // A residual is |delta| / k. Its square isn't 0 if it is at least the square root of the smallest
-  // number there is; a factor of 2^4 covers the rounding.
-  const int exponent =
-      (std::numeric_limits<Scalar>::min_exponent - std::numeric_limits<Scalar>::digits) / 2 + 4;
-  for (int lane = 0; lane < width_; ++lane) {
-    floors_[std::size_t(lane)] = std::ldexp(largest_k_[std::size_t(lane)], exponent);
-  }
+  set_residual_floors(largest_k_, width_, floors_);
   return {rows_.data(), rows_.data() + rows_.size(), values_, iterations, floors_.data(), 0};
 }
 
 std::uint32_t Packing::not_finite(const SweepChoice& choice) {
   choice.report(*joints_);
-  // x * 0 is 0 if x is finite, and nothing else.
-  std::array<Scalar, 16> sums{};
-  const auto width = std::size_t(width_);
-  const auto add = [&](std::uint32_t vector) {
-    const Scalar* const from = values_ + std::size_t(vector) * width;
-    for (std::size_t lane = 0; lane < width; ++lane) sums[lane] += from[lane] * 0;
-  };
-  for (std::uint32_t body = 0; body < layout_->body_count(); ++body) {
-    for (std::uint32_t i = 0; i < kInverseMass; ++i) add(layout_->body_place(body) + i);
-  }
-  for (const PlacedRow& row : layout_->rows()) add(row.applied);
-  std::uint32_t bits = joints_->extreme;
-  for (std::size_t lane = 0; lane < lanes_.size(); ++lane) {
-    if (!(sums[lane] == 0)) bits |= std::uint32_t{1} << lane;
-  }
-  return bits;
+  return joints_->extreme | lanes_not_finite(*layout_, values_, width_, lanes_.size());
 }
 
 void Packing::unpack(const SweepChoice& choice, std::uint32_t lanes) {
@@ -286,10 +268,12 @@ void Packing::unpack(const SweepChoice& choice, std::uint32_t lanes) {
     }
     unpack_pools(i);
   }
-  numbers_.report(lanes);
+  for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
+    if ((lanes >> i & 1) != 0) numbers_.report(i, *states_[i]);
+  }
   if (moving == 0) return;
   choice.move(numbers_.moves(*layout_, values_));
-  numbers_.move(moving);
+  numbers_.move(moving, lanes_);
 }
 
 void Packing::unpack_pools(std::uint32_t lane) {

@@ -46,6 +46,7 @@ class Packing {
   void pack_bodies(const RowLayout& layout);
 
   std::vector<WorldRows*> lanes_;
+  std::vector<State*> states_;  // theirs
   RowLayout* layout_ = nullptr;
   int width_ = 1;
   std::vector<std::uint32_t> contacts_now_;  // by dynamic_id

@@ -42,6 +42,11 @@ struct SweepChoice {
   JointFunction make_rows, report;
   MoveFunction move;
   GyroscopicFunction gyrate;
+  // For worlds that live in lanes (cohort.h).
+  TwistFunction twist;
+  ContactFunction find_contacts, make_contact_rows, report_contacts;
+  RangeFunction leave_range;
+  AngleFunction read_angles;
 };
 
 // The narrowest one with room for `worlds`, or the widest there is.

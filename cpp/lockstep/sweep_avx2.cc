@@ -1,18 +1,10 @@
-// The sweep for processors with AVX2.
+// What runs in lanes, for processors with AVX2.
 #define ITARL_INSTRUCTIONS avx2
-#include "lockstep/joint_rows.inc"
-#include "lockstep/gyroscopic.inc"
-#include "lockstep/sweep.inc"
+#include "lockstep/choice.inc"
 
 namespace itarl::lockstep {
 
-namespace {
-using Widest = avx2::Lanes<Scalar, 32 / sizeof(Scalar)>;
-}
-
 extern const SweepChoice kChoiceAvx2;
-const SweepChoice kChoiceAvx2{Widest::kWidth, avx2::sweep<Widest>, avx2::make_rows<Widest>,
-                              avx2::report<Widest>, avx2::move<Widest>,
-                              avx2::gyrate<Widest>};
+const SweepChoice kChoiceAvx2 = avx2::kChoice<avx2::Lanes<Scalar, 32 / sizeof(Scalar)>>;
 
 }  // namespace itarl::lockstep

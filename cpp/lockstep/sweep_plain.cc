@@ -1,8 +1,6 @@
-// Sweeps for any processor of the target, and the choice of one when running.
+// What runs in lanes, for any processor of the target; and the choice of instructions when running.
 #define ITARL_INSTRUCTIONS plain
-#include "lockstep/joint_rows.inc"
-#include "lockstep/gyroscopic.inc"
-#include "lockstep/sweep.inc"
+#include "lockstep/choice.inc"
 
 namespace itarl::lockstep {
 
@@ -15,11 +13,7 @@ namespace {
 constexpr int kWidest = 64 / sizeof(Scalar);  // lanes of AVX-512; AVX2 has half of them, SSE2 a quarter
 
 template <int W>
-constexpr SweepChoice kChoicePlain{W, plain::sweep<plain::Lanes<Scalar, W>>,
-                                   plain::make_rows<plain::Lanes<Scalar, W>>,
-                                   plain::report<plain::Lanes<Scalar, W>>,
-                                   plain::move<plain::Lanes<Scalar, W>>,
-                                   plain::gyrate<plain::Lanes<Scalar, W>>};
+constexpr const SweepChoice& kChoicePlain = plain::kChoice<plain::Lanes<Scalar, W>>;
 
 }  // namespace
 

@@ -43,6 +43,16 @@ enum WorldNumber : std::uint32_t {
   kStiffest,  // 1 / dt / dt / 16
   kTimeStep,
   kPerSecond,  // 1 / time step, as reports have it
+  kContactCfm,
+  kContactErp,
+  kRelaxation,
+  kWarmStart,  // how much of the last step's impulse a contact begins with
+  kSlop,
+  kLeastBounce,  // speed from which on bodies bounce
+  kDeepest,      // penetration from which on Bullet would push bodies apart by other means
+  kFastest,      // the range of a body's numbers in which a world may go on: of its speed,
+  kFarthest,     // of its place,
+  kLargest,      // and of any
   kWorldNumbers,
 };
 
@@ -110,6 +120,75 @@ inline constexpr std::uint32_t kSixAxesNumbers = kAxes + 6 * kAxisNumbers;
 // Of a report: body B's force, then its torque.
 inline constexpr std::uint32_t kReportNumbers = 6;
 
+// Of a body's shape and the plane that it may meet.
+enum PairNumber : std::uint32_t {
+  kPlanePose = 0,
+  kPlaneAway = 12,    // where the inverse of that pose has its origin
+  kPlaneNormal = 15,  // in its own frame
+  kPlaneConstant = 18,
+  kPlaneUp = 19,    // the normal in the world
+  kPlaneAlong = 22,  // a direction in the plane: btPlaneSpace1
+  kShapeFrame = 25,  // in the body's; if it's the child of a compound
+  kHalfExtents = 37,  // of a box
+  kHalfHeight = 40,   // of a capsule
+  kMargin,
+  kBreaking,  // distance up to which a point of contact lasts
+  kPairFriction,
+  kPairRestitution,
+  kPairNumbers,
+};
+
+// Of a point of contact.
+enum PointNumber : std::uint32_t {
+  kLocalA = 0,  // the body's side, in the body's frame
+  kLocalB = 3,  // the plane's, in its
+  kWorldA = 6,
+  kWorldB = 9,
+  kDistance = 12,
+  kImpulse,
+  kLateral,    // impulse along kDirection
+  kLife,       // how often it was refreshed, below kLifeUnit,
+  kLifeUnits,  // and how many of these
+  kDirection,  // of friction
+  kPointNumbers = kDirection + 3,
+};
+inline constexpr int kMostPoints = 4;
+inline constexpr std::uint32_t kLifeUnit = 1 << 20;  // any sum up to here is exact
+// How many points there are, then each.
+inline constexpr std::uint32_t kManifoldNumbers = 1 + kMostPoints * kPointNumbers;
+
+enum class PairShape : std::uint8_t { Box, Capsule };  // a sphere is a capsule without height
+
+// A body and the plane that it may meet.
+struct PairPlan {
+  PairShape shape;
+  std::uint8_t up;     // a capsule's axis
+  bool in_compound;    // its body's shape is a compound with one child
+  std::uint32_t body;  // place of its numbers
+  std::uint32_t block;  // place of its block in the sweep's values
+  std::uint32_t contact;  // the first one's row among the layout's
+  std::uint32_t friction;  // and its friction row
+};
+
+// Contacts to find before a sweep, and their rows to make. Of each pair, one after the other:
+struct ContactTask {
+  const PairPlan* begin;
+  const PairPlan* end;
+  const Scalar* worlds;
+  const Scalar* bodies;
+  const Scalar* numbers;      // kPairNumbers
+  const Scalar* before;       // kManifoldNumbers
+  Scalar* after;              // the same; filled in when contacts are found
+  std::uint32_t* most_points;  // in any world; filled in with them
+  // For rows.
+  const PlacedRow* rows;
+  Scalar* values;
+  std::uint32_t unsound;  // filled in: lanes with a row that can't be swept, as bits
+  Scalar* largest_k;      // by lane, brought up to date
+};
+
+using ContactFunction = void (*)(ContactTask&);
+
 struct JointPlan {
   JointType type;
   std::uint32_t a, b;                  // places of its bodies
@@ -125,8 +204,9 @@ struct JointTask {
   const Scalar* worlds;  // kWorldNumbers
   const Scalar* bodies;
   const Scalar* numbers;
-  Scalar* values;  // of the sweep
-  int lanes;       // with a world
+  const Scalar* angles;  // of each slider, as read_angles() has them; null if they aren't known
+  Scalar* values;        // of the sweep
+  int lanes;             // with a world
   // Filled in when rows are made: lanes with a row that can't be swept, as bits; and how large k is
   // at most, by lane.
   std::uint32_t unsound;
@@ -139,15 +219,8 @@ struct JointTask {
 
 using JointFunction = void (*)(JointTask&);
 
-// Of a body that was moved, in threes.
-enum MovedNumber : std::uint32_t {
-  kMovedBasis = 0,
-  kMovedOrigin = 9,
-  kMovedInertia = 12,
-  kMovedLinear = 21,
-  kMovedAngular = 24,
-  kMovedNumbers = 27,
-};
+// Of a body's numbers, those that a step changes.
+inline constexpr std::uint32_t kMovedNumbers = kForce;
 
 // Bodies to move, after a sweep.
 struct MoveTask {
@@ -157,10 +230,15 @@ struct MoveTask {
   const Scalar* numbers;  // kBodyNumbers for each
   const Scalar* values;   // of the sweep
   int lanes;              // with a world
-  Scalar* moved;          // to be filled in: kMovedNumbers for each
+  Scalar* moved;          // to be filled in for each: the first kMovedNumbers of a body's numbers
+  std::uint32_t stride;   // how many numbers further the next body's begin
 };
 
 using MoveFunction = void (*)(const MoveTask&);
+// Which lanes have a body that left the range in which a world may go on, as bits.
+using RangeFunction = std::uint32_t (*)(const MoveTask&);
+// The angles of all sliders among the plans, one vector for each plan.
+using AngleFunction = void (*)(const JointTask&, Scalar* angles);
 
 // Bodies' gyroscopic impulses: of each its rotation (9), angular velocity and inverse inertia about
 // its own axes.
@@ -173,5 +251,7 @@ struct GyroscopicTask {
 };
 
 using GyroscopicFunction = void (*)(const GyroscopicTask&);
+// The same for bodies with kBodyNumbers, into which they're put as kTorque.
+using TwistFunction = void (*)(std::uint32_t bodies, const Scalar* worlds, Scalar* numbers);
 
 }  // namespace itarl::lockstep

@@ -278,6 +278,10 @@ pub mod ffi {
         /// Steps that were swept with bodies that Bullet moved, world by world. It does where some
         /// are kinematic, might fall asleep, lie in a separate group or were pushed out of others.
         pub bullet_moves: u64,
+        /// Steps that were swept with contacts that Bullet found, world by world. Lanes find those of
+        /// boxes, capsules and spheres with planes, if all of a world's contacts are such: then all of
+        /// the step is theirs, and worlds live in lanes from step to step.
+        pub bullet_contacts: u64,
     }
 
     /// Where the time of a [`Lockstep`](crate::Lockstep) went, in s.

@@ -363,6 +363,7 @@ fn add(sum: &mut LockstepCounts, more: &LockstepCounts) {
     sum.not_finite += more.not_finite;
     sum.bullet_rows += more.bullet_rows;
     sum.bullet_moves += more.bullet_moves;
+    sum.bullet_contacts += more.bullet_contacts;
 }
 
 #[cfg(test)]
