@@ -400,5 +400,9 @@ pub(crate) fn step_together<'a>(
 // free of caches.
 unsafe impl Send for ffi::World {}
 
-// SAFETY: between steps a `Lockstep` points to nothing but its own memory.
+// Worlds that live in lanes share these (`cpp/lockstep/cohort.h`), by pointers that are counted
+// atomically. A world reads and marks its own lane; all are written by a `Lockstep` alone, in a step
+// for which it has all of their worlds to itself.
+// SAFETY: between steps a `Lockstep` follows pointers to nothing but its own memory and such lanes; it
+// compares the addresses of the worlds in them.
 unsafe impl Send for ffi::Lockstep {}

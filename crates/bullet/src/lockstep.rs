@@ -2,7 +2,7 @@
 //!
 //! Most of a step is the solver's loop over rows, each of which waits for the one before it. Worlds
 //! that are built alike have the same rows, so one loop can do them for many worlds at once; and so
-//! with making rows of joints, and moving bodies.
+//! with finding contacts, making rows, and moving bodies.
 //! Each world's trajectory has, bit for bit, what [`World::step`] gives it alone: lanes do the same
 //! operations in the same order, and a step that lanes don't cover is left to Bullet's own loop.
 //! `cpp/lockstep/` has the reasoning, file by file; ARCHITECTURE.md the picture.
@@ -77,8 +77,9 @@ fn refusal(expected: &str, value: &str) -> Error {
 /// Steps worlds together.
 ///
 /// From step to step it keeps memory, the order of rows, and copies of what joints are made of, which
-/// it makes anew once a world's bodies or joints change; nothing of what moves. So any world may leave
-/// or join between steps.
+/// it makes anew once a world's bodies or joints change. Worlds whose steps lanes can make from end to
+/// end live in lanes in between, and each holds on to its own lane: any world may leave or join
+/// between steps, and outlive the `Lockstep`.
 ///
 /// ```
 /// use bullet::{Body, Lockstep, Shape, World, WorldSettings};

@@ -1,5 +1,7 @@
 //! The axes of a robot in a world: read, sensed, driven.
 
+use std::collections::BTreeSet;
+
 use bullet::{Axis, JointId, JointState, MotorCommand, World};
 
 use crate::{
@@ -10,7 +12,7 @@ use crate::{
 /// What a robot has to know of its axes, and buffers.
 #[derive(Debug)]
 pub(crate) struct Axes {
-    /// The joints that move, which alone are looked at: an angle takes an arc tangent.
+    /// The joints that somebody asks for, which alone are looked at: an angle takes an arc tangent.
     moving: Vec<JointId>,
     sensors: Vec<Axle>,
     /// `[n_actuators]`
@@ -58,12 +60,18 @@ fn brake_of(axis: &JointAxis) -> Servo {
     }
 }
 
+/// The axes that are sensed, driven or resisted.
+fn used_axes(morphology: &Morphology) -> impl Iterator<Item = AxisId> + '_ {
+    let resisted = |id: &AxisId| !morphology.axis(*id).resistance.is_none();
+    let told = morphology.sensors().iter().chain(morphology.actuators()).copied();
+    told.chain(morphology.axes().filter(resisted))
+}
+
 impl Axes {
     /// Of a robot whose joints have these ids.
     pub(crate) fn new(morphology: &Morphology, joints: &[JointId]) -> Self {
-        let both = joints.iter().zip(morphology.joints());
-        let moving: Vec<_> =
-            both.filter(|(_, joint)| !joint.axes.is_empty()).map(|(&id, _)| id).collect();
+        let used: BTreeSet<usize> = used_axes(morphology).map(|id| id.joint).collect();
+        let moving: Vec<_> = used.iter().map(|&joint| joints[joint]).collect();
         let axle = |id: AxisId| {
             let (joint, axis) = (joints[id.joint], morphology.axis(id).clone());
             let place = bullet_axis(morphology.joints()[id.joint].kind, axis.freedom);
