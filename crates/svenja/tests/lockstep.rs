@@ -6,7 +6,7 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use std::{env, path::Path};
+use std::{env, path::Path, thread};
 
 use bullet::{
     BodyState, Contact, Instructions, JointId, JointState, Lockstep, LockstepCounts, MotorState,
@@ -154,29 +154,42 @@ fn check(model: &str) {
 /// Returns what the widest instructions did last.
 fn check_model(model: &str, morphology: &Morphology, rows: Rows) -> LockstepCounts {
     let n = steps();
-    let expected: Vec<Vec<u64>> = (0..WORLDS).map(|i| alone(morphology, i, n, false)).collect();
-    let mut last = LockstepCounts::default();
-    for instructions in Instructions::ALL.into_iter().filter(|it| it.are_available()) {
-        for count in [1, 3, 8, 16, 20] {
-            let what = format!("{model}, {instructions:?}, {count} worlds");
-            let counts = together(morphology, instructions, &expected[..count], &what, false);
-            println!("{what}: {counts:?}");
-            // Or nothing was compared.
-            assert!(counts.swept * 10 > (n * count) as u64 * 9, "{what}: {counts:?}");
-            let in_lanes = counts.bullet_rows == 0;
-            assert!(
-                rows == Rows::Either || in_lanes == (rows == Rows::InLanes),
-                "{what}: {counts:?}"
-            );
-            last = counts;
+    let expected: Vec<Vec<u64>> = in_threads(WORLDS, |i| alone(morphology, i, n, false));
+    let available = Instructions::ALL.into_iter().filter(|it| it.are_available());
+    let sets: Vec<_> =
+        available.flat_map(|it| [1, 3, 8, 16, 20].map(|worlds| (it, worlds))).collect();
+    let counts = in_threads(sets.len(), |i| {
+        let (instructions, count) = sets[i];
+        let what = format!("{model}, {instructions:?}, {count} worlds");
+        let counts = together(morphology, instructions, &expected[..count], &what, false);
+        // Or nothing was compared.
+        assert!(counts.swept * 10 > (n * count) as u64 * 9, "{what}: {counts:?}");
+        let in_lanes = counts.bullet_rows == 0;
+        assert!(rows == Rows::Either || in_lanes == (rows == Rows::InLanes), "{what}: {counts:?}");
+        if count == 3 {
+            check_measured(model, morphology, instructions);
         }
-        // Worlds that measure their motors have Bullet's rows.
-        let what = format!("{model}, {instructions:?}, motors measured");
-        let expected: Vec<_> = (0..3).map(|i| alone(morphology, i, n.min(60), true)).collect();
-        let counts = together(morphology, instructions, &expected, &what, true);
-        assert!(counts.swept > 0 && counts.bullet_rows == counts.swept, "{what}: {counts:?}");
-    }
-    last
+        println!("{what}: {counts:?}");
+        counts
+    });
+    *counts.last().unwrap()
+}
+
+/// Worlds that measure their motors have Bullet's rows.
+fn check_measured(model: &str, morphology: &Morphology, instructions: Instructions) {
+    let what = format!("{model}, {instructions:?}, motors measured");
+    let expected: Vec<_> = (0..3).map(|i| alone(morphology, i, steps().min(60), true)).collect();
+    let counts = together(morphology, instructions, &expected, &what, true);
+    assert!(counts.swept > 0 && counts.bullet_rows == counts.swept, "{what}: {counts:?}");
+}
+
+/// What `make` says for each number below `n`, each in a thread of its own.
+fn in_threads<T: Send>(n: usize, make: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    thread::scope(|scope| {
+        let make = &make;
+        let threads: Vec<_> = (0..n).map(|i| scope.spawn(move || make(i))).collect();
+        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+    })
 }
 
 /// Steps worlds together, and compares them with what each does alone.
