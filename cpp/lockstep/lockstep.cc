@@ -17,7 +17,9 @@ namespace {
 // Orders of joints, and touching pairs of bodies, for which a layout is kept.
 constexpr std::size_t kMostLayouts = 64;
 
-// Steps after which worlds that could not live in lanes are tried again.
+// Making a cohort costs as much as some steps: it pays if that lasts for longer than these.
+constexpr std::uint32_t kYoung = 5;
+// Steps after which worlds that can't live in lanes are tried again, at most.
 constexpr std::uint32_t kMostPatience = 1024;
 
 Instructions instructions_of(std::uint8_t number) {
@@ -110,7 +112,7 @@ void Lockstep::step_some(State** states, std::optional<Refusal>* results, std::s
     step_cohort(states, results, count, home);
     return;
   }
-  home.cohort.reset();
+  if (home.cohort) end_cohort(home);
   for (std::size_t i = 0; i < count; ++i) states[i]->leave_lanes();
   step_by_bullet(states, results, count);
   if (home.wait > 0) {
@@ -120,8 +122,7 @@ void Lockstep::step_some(State** states, std::optional<Refusal>* results, std::s
   }
 }
 
-// The next steps are made in lanes alone, if they can be. Where they can't, or not for long, it's
-// tried ever more rarely.
+// The next steps are made in lanes alone, if they can be.
 void Lockstep::make_cohort(std::size_t count, Home& home) {
   alike_.clear();
   for (std::size_t i = 0; i < count; ++i) alike_.push_back(lanes_[i].get());
@@ -130,12 +131,19 @@ void Lockstep::make_cohort(std::size_t count, Home& home) {
     home.cohort = lockstep::Cohort::of(alike_, dynamic_ids_,
                                        lockstep::choose_sweep(instructions_, int(count)));
   }
+  home.age = 0;
   if (home.cohort) {
     home.cohort->admit();
-    return;
+  } else {
+    end_cohort(home);
   }
-  home.wait = home.patience;
-  home.patience = std::min(2 * home.patience, kMostPatience);
+}
+
+// Where cohorts can't be, or don't last, they're tried ever more rarely.
+void Lockstep::end_cohort(Home& home) {
+  home.cohort.reset();
+  home.patience = home.age < kYoung ? std::min(2 * home.patience, kMostPatience) : 1;
+  home.wait = home.age < kYoung ? home.patience : 0;
 }
 
 void Lockstep::step_cohort(State** states, std::optional<Refusal>* results, std::size_t count,
@@ -168,9 +176,8 @@ void Lockstep::step_cohort(State** states, std::optional<Refusal>* results, std:
   for (std::size_t i = 0; i < count; ++i) {
     if ((left >> i & 1) != 0) step_by_bullet(&states[i], &results[i], 1);
   }
-  if (left == 0) return;
-  home.wait = home.patience;
-  home.patience = std::min(2 * home.patience, kMostPatience);
+  ++home.age;
+  if (left != 0) end_cohort(home);
 }
 
 // With the rest of Bullet's step done by Bullet, world by world.

@@ -40,13 +40,15 @@ class Lockstep {
   // Some worlds that are stepped together, and what they live in between steps.
   struct Home {
     std::shared_ptr<lockstep::Cohort> cohort;
-    // Steps until a cohort is tried again, and how many that were the last time.
+    std::uint32_t age = 0;  // of the cohort, in steps
+    // Steps until another one is tried, and how many these are once one fails or dies young.
     std::uint32_t wait = 0, patience = 1;
   };
   void step_some(State** states, std::optional<Refusal>* results, std::size_t count, Home& home);
   void step_cohort(State** states, std::optional<Refusal>* results, std::size_t count, Home& home);
   void step_by_bullet(State** states, std::optional<Refusal>* results, std::size_t count);
   void make_cohort(std::size_t count, Home& home);
+  void end_cohort(Home& home);
   void begin_steps(State** states, std::size_t count);
   void set_up_solvers(State** states, std::size_t count);
   void sweep_all();
