@@ -463,16 +463,10 @@ void World::read_angles_of(rust::Slice<const JointId> ids, rust::Slice<double> o
       state_->joint(call, "ids[" + std::to_string(i) + "]", ids[i]);
     }
     const JointEntry& entry = *joints[ids[i].slot];
-    if (state_->cohort) {
-      if (const auto angle = state_->cohort->angle(state_->lane, ids[i].slot)) {
-        const std::array<double, 3> about_x{double(*angle), 0, 0};
-        std::copy(about_x.begin(), about_x.end(), out.begin() + std::ptrdiff_t(3 * i));
-        continue;
-      }
-      state_->settle();
-    }
-    const auto angles = angles_of(entry, entry.parent->body->getWorldTransform().getBasis(),
-                                  entry.child->body->getWorldTransform().getBasis());
+    const auto angles =
+        state_->cohort ? state_->cohort->angles(state_->lane, ids[i].slot)
+                       : angles_of(entry, entry.parent->body->getWorldTransform().getBasis(),
+                                   entry.child->body->getWorldTransform().getBasis());
     std::copy(angles.begin(), angles.end(), out.begin() + std::ptrdiff_t(3 * i));
   }
 }

@@ -145,12 +145,12 @@ void Cohort::find_places() {
                       layout_->friction_row(first)});
   }
   joints_.plan(*layout_);
-  angle_places_.assign(states_[0]->joints.size(), kNoAngle);
+  angle_places_.assign(states_[0]->joints.size(), {});
   for (std::size_t k = 0; k < joints_.joints().size(); ++k) {
     const std::uint32_t joint = joints_.joints()[k];
-    if (states_[0]->joints[joint]->kind == JointKind::Slider) angle_places_[joint] = k;
+    angle_places_[joint] = {3 * k, states_[0]->joints[joint]->kind == JointKind::Slider};
   }
-  angles_.make_room(joints_.joints().size() * std::size_t(width_));
+  angles_.make_room(3 * joints_.joints().size() * std::size_t(width_));
 }
 
 void Cohort::admit() {
@@ -256,6 +256,15 @@ void Cohort::read_angles() {
   JointTask& task = joints_.task(*layout_, values_.begin(), largest_k_.data());
   task.bodies = bodies_.begin();
   choice_.read_angles(task, angles_.begin());
+}
+
+std::array<double, 3> Cohort::angles(std::size_t lane, std::uint32_t joint) const {
+  const auto width = std::size_t(width_);
+  const AnglePlace& at = angle_places_[joint];
+  const Scalar* const of = angles_.begin() + at.place * width + lane;
+  if (at.slider) return {double(of[0]), 0, 0};
+  // Bullet's have the other sign.
+  return {double(0 - of[0]), double(0 - of[width]), double(0 - of[2 * width])};
 }
 
 // Lanes with a number that isn't finite, or so large that Bullet would switch a joint off, as bits.

@@ -9,7 +9,6 @@
 #include <array>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "lockstep/gatherer.h"
@@ -45,16 +44,10 @@ class Cohort : public std::enable_shared_from_this<Cohort> {
 
   // Brings Bullet's objects up to date with a lane.
   void settle(std::size_t lane, State& to);
-  // Of a joint that is a slider, about its axis.
-  std::optional<Scalar> angle(std::size_t lane, std::uint32_t joint) const {
-    const std::size_t place = joint < angle_places_.size() ? angle_places_[joint] : kNoAngle;
-    if (place == kNoAngle) return std::nullopt;
-    return angles_.begin()[place * std::size_t(width_) + lane];
-  }
+  // Of a joint, about x, y and z, in our signs; whoever asks has looked that the joint is there.
+  std::array<double, 3> angles(std::size_t lane, std::uint32_t joint) const;
 
  private:
-  static constexpr std::size_t kNoAngle = ~std::size_t{0};
-
   explicit Cohort(const SweepChoice& choice) : choice_(choice), width_(choice.lanes) {}
   bool take(const std::vector<WorldRows*>& lanes, const std::vector<std::uint32_t>& dynamic_ids);
   bool take_pairs(const std::vector<std::uint32_t>& dynamic_ids);
@@ -82,7 +75,11 @@ class Cohort : public std::enable_shared_from_this<Cohort> {
   std::vector<std::uint32_t> most_points_;  // by pair
   std::vector<std::uint32_t> contacts_;     // by body: most_points_
   std::vector<std::uint32_t> body_places_;
-  std::vector<std::size_t> angle_places_;  // by joint: of its angle among angles_
+  struct AnglePlace {
+    std::size_t place;  // in vectors
+    bool slider;
+  };
+  std::vector<AnglePlace> angle_places_;  // by joint
   ContactTask contact_task_{};
   std::vector<Row> rows_;
   Sweep sweep_{};

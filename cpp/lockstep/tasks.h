@@ -204,7 +204,7 @@ struct JointTask {
   const Scalar* worlds;  // kWorldNumbers
   const Scalar* bodies;
   const Scalar* numbers;
-  const Scalar* angles;  // of each slider, as read_angles() has them; null if they aren't known
+  const Scalar* angles;  // of each joint, as read_angles() has them; null if they aren't known
   Scalar* values;        // of the sweep
   int lanes;             // with a world
   // Filled in when rows are made: lanes with a row that can't be swept, as bits; and how large k is
@@ -237,7 +237,8 @@ struct MoveTask {
 using MoveFunction = void (*)(const MoveTask&);
 // Which lanes have a body that left the range in which a world may go on, as bits.
 using RangeFunction = std::uint32_t (*)(const MoveTask&);
-// The angles of all sliders among the plans, one vector for each plan.
+// The angles of all joints, three vectors for each plan: a slider's in the first one, or those that
+// btGeneric6DofSpring2Constraint has about x, y and z.
 using AngleFunction = void (*)(const JointTask&, Scalar* angles);
 
 // Bodies' gyroscopic impulses: of each its rotation (9), angular velocity and inverse inertia about

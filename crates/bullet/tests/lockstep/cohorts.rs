@@ -42,7 +42,7 @@ fn thrown(i: usize) -> World {
         let body = Body {
             friction: 0.3 * k as f64,
             restitution: 0.5,
-            filter: CollisionFilter { group: 2, mask: !2 },
+            filter: CollisionFilter { group: 64, mask: !64 },
             ..Body::dynamic(shape, 1.0 + k as f64, at)
         };
         let id = world.add_body(&body).unwrap();
@@ -133,7 +133,7 @@ fn they_are_read_and_driven() {
         let mut world = World::new(&WorldSettings::default()).unwrap();
         ground(&mut world);
         let shape = world.add_shape(&Shape::Sphere { radius: 0.1 }).unwrap();
-        let filter = CollisionFilter { group: 2, mask: !2 };
+        let filter = CollisionFilter { group: 64, mask: !64 };
         let bodies = [0.5, 1.0].map(|z| {
             let body = Body::dynamic(shape, 1.0, Isometry3::translation(0.0, 0.0, z));
             world.add_body(&Body { filter, ..body }).unwrap()

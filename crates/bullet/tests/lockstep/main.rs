@@ -349,7 +349,7 @@ fn bodies_come_and_go() {
             let shape = world.add_shape(shape).unwrap();
             let turn = UnitQuaternion::from_euler_angles(0.3 * i as f64, 0.4, 1.0);
             let at = Translation3::new(2.0 * k as f64, 0.0, 1.5 + 0.1 * i as f64);
-            let filter = CollisionFilter { group: 2, mask: !2 };
+            let filter = CollisionFilter { group: 64, mask: !64 };
             let body = Body::dynamic(shape, 1.0, Isometry3::from_parts(at, turn));
             let id = world.add_body(&Body { filter, ..body }).unwrap();
             world.set_velocity(id, &Vector3::x(), &Vector3::new(1.0, 2.0, 3.0)).unwrap();

@@ -143,7 +143,7 @@ impl Scene {
             let filter = if self.self_collision {
                 CollisionFilter::moving()
             } else {
-                CollisionFilter { group: 2, mask: !2 }
+                CollisionFilter { group: 64, mask: !64 }
             };
             let body = Body {
                 friction: part.friction,
