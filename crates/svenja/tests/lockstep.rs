@@ -146,8 +146,8 @@ fn check(model: &str) {
     let rows = if model.starts_with("svenja") { Rows::InLanes } else { Rows::Either };
     let counts = check_model(model, &Morphology::open(&path).unwrap(), rows);
     assert!(counts.bullet_moves * 10 < counts.swept, "{model}: {counts:?}");
-    // But for steps before which it's pushed.
-    let lives_in_lanes = counts.bullet_contacts * 10 < counts.swept;
+    // But for steps before which it's pushed, or sinks in too deep.
+    let lives_in_lanes = counts.bullet_contacts * 5 < counts.swept;
     assert!(lives_in_lanes || rows == Rows::Either, "{model}: {counts:?}");
 }
 

@@ -10,9 +10,7 @@ fn thrown(i: usize) -> World {
     let slope = world.add_shape(&Shape::ground()).unwrap();
     let tilt = UnitQuaternion::from_euler_angles(0.05, -0.04, 0.3);
     let pose = Isometry3::from_parts(Translation3::new(0.0, 0.0, 0.1), tilt);
-    world
-        .add_body(&Body { friction: 0.8, restitution: 0.6, ..Body::fixed(slope, pose) })
-        .unwrap();
+    world.add_body(&Body { friction: 0.8, restitution: 0.6, ..Body::fixed(slope, pose) }).unwrap();
     let size = 0.1 + 0.01 * i as f64;
     let capsule = |along| Shape::Capsule { radius: size, length: 0.4, along };
     let tilted = Isometry3::from_parts(
@@ -176,6 +174,7 @@ fn they_are_read_and_driven() {
                 assert!(snapshot(world) == snapshot(&mut together[i]), "{i}, {n}");
             }
         }
-    }    let counts = lockstep.counts();
+    }
+    let counts = lockstep.counts();
     assert!(counts.bullet_contacts * 20 < counts.swept, "{counts:?}");
 }

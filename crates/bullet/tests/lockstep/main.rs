@@ -2,9 +2,9 @@
 //! lanes don't cover is left to Bullet's own loop. (Robots are in `crates/svenja/tests/lockstep.rs`.)
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
+mod cohorts;
 #[path = "../common/mod.rs"]
 mod common;
-mod cohorts;
 mod refused;
 mod scenes;
 
