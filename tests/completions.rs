@@ -73,6 +73,7 @@ fn keys_are_those_of_the_experiment_on_the_line() {
     let with = |changes: &[&str], word: &str| {
         values(&[&["train", CRAWLER], changes, &["--set", word]].concat())
     };
+    assert_eq!(with(&[], "sweep.s"), ["sweep.seeds="]);
     // Locomotion has none.
     let radius = "reward.extrinsic.radius_m=".to_owned();
     assert_eq!(values(&["train", "--set", "reward.extrinsic.ra"]), [radius.clone()]);

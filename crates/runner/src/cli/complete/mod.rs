@@ -2,7 +2,7 @@
 //! far behind `--`, and so it's offered the cells of the run and the keys of the experiment that are named
 //! there. What can't be read offers nothing.
 
-mod bash;
+mod shells;
 
 use std::{
     collections::BTreeSet,
@@ -16,13 +16,13 @@ use clap::CommandFactory;
 use clap_complete::{
     CompleteEnv,
     engine::{CompletionCandidate as Candidate, PathCompleter, ValueCompleter},
-    env::{Elvish, Fish, Powershell, Shells, Zsh},
+    env::{Elvish, Fish, Powershell, Shells},
 };
 use config::Setting;
 use figures::FIGURES;
 use runs::{CELLS, MANIFEST, Run};
 
-use self::bash::Bash;
+use self::shells::{BASH, ZSH};
 use super::Cli;
 use crate::experiment::{Experiment, Plan};
 
@@ -31,7 +31,7 @@ const VARIABLE: &str = "ITARL_COMPLETE";
 
 const PROGRAM: &str = "itarl";
 
-const SHELLS: Shells<'static> = Shells(&[&Bash, &Elvish, &Fish, &Powershell, &Zsh]);
+const SHELLS: Shells<'static> = Shells(&[&BASH, &Elvish, &Fish, &Powershell, &ZSH]);
 
 /// Answers a shell and ends the program, if one has asked.
 pub fn answer() {
@@ -119,6 +119,8 @@ pub(super) fn assignments(word: &OsStr) -> Vec<Candidate> {
     let is_there = |setting: &Setting| known.as_ref().is_none_or(|it| it.contains(&setting.key));
     let all = Experiment::settings();
     let keys = all.into_iter().filter(is_there).map(|it| (format!("{}=", it.key), it.about));
+    // It's no setting of a cell.
+    let keys = keys.chain([("sweep.seeds=".into(), "how many seeds, or which".into())]);
     // A key may be in several kinds.
     let mut seen = BTreeSet::new();
     let keys = keys.filter(|(key, _)| seen.insert(key.clone()));

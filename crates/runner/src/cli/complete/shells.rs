@@ -1,5 +1,5 @@
-//! Completions in bash, which takes a `=` for the end of a word: those of cells and of settings have some
-//! in them.
+//! Scripts of bash and zsh in place of the library's own, for what cells and settings have in them: a `=`,
+//! at which bash cuts a word, and behind which zsh would begin another one.
 
 use std::{
     ffi::OsString,
@@ -9,9 +9,17 @@ use std::{
 
 use clap_complete::env::{self, EnvCompleter};
 
-/// The cut words are put together again, and of the answers that's cut off which the shell has as
-/// words of their own.
-const SCRIPT: &str = r#"_NAME() {
+/// A shell that the library knows, with a script of ours.
+pub(super) struct Scripted {
+    shell: &'static dyn EnvCompleter,
+    script: &'static str,
+}
+
+/// The cut words are put together again, and of the answers that's cut off which the shell has as words
+/// of their own.
+pub(super) const BASH: Scripted = Scripted {
+    shell: &env::Bash,
+    script: r#"_NAME() {
     local IFS=$'\013' words=() last= word i
     for ((i = 0; i <= COMP_CWORD; i++)); do
         word=${COMP_WORDS[i]}
@@ -33,17 +41,36 @@ const SCRIPT: &str = r#"_NAME() {
     fi
 }
 complete -o bashdefault -o nosort -F _NAME BINARY 2>/dev/null || complete -o bashdefault -F _NAME BINARY
-"#;
+"#,
+};
 
-pub(super) struct Bash;
+/// What ends in a `=` or a `/` goes on.
+pub(super) const ZSH: Scripted = Scripted {
+    shell: &env::Zsh,
+    script: r#"#compdef BINARY
+function _NAME() {
+    local -a all open whole
+    local it
+    all=("${(@f)$(VARIABLE=zsh _CLAP_IFS=$'\n' _CLAP_COMPLETE_INDEX=$((CURRENT - 1)) \
+        PROGRAM -- "${words[@]}" 2>/dev/null)}")
+    for it in $all; do
+        # A value, and behind a colon what it is.
+        if [[ "${it%%:*}" == *[=/] ]]; then open+=("$it"); else whole+=("$it"); fi
+    done
+    [[ -n $open ]] && _describe -V 'values' open -S ''
+    [[ -n $whole ]] && _describe -V 'values' whole
+}
+compdef _NAME BINARY
+"#,
+};
 
-impl EnvCompleter for Bash {
+impl EnvCompleter for Scripted {
     fn name(&self) -> &'static str {
-        env::Bash.name()
+        self.shell.name()
     }
 
     fn is(&self, name: &str) -> bool {
-        env::Bash.is(name)
+        self.shell.is(name)
     }
 
     fn write_registration(
@@ -55,7 +82,7 @@ impl EnvCompleter for Bash {
         out: &mut dyn Write,
     ) -> io::Result<()> {
         let quoted = format!("'{}'", program.replace('\'', r"'\''"));
-        let script = SCRIPT.replace("VARIABLE", variable).replace("NAME", name);
+        let script = self.script.replace("VARIABLE", variable).replace("NAME", name);
         out.write_all(script.replace("BINARY", binary).replace("PROGRAM", &quoted).as_bytes())
     }
 
@@ -66,6 +93,6 @@ impl EnvCompleter for Bash {
         folder: Option<&Path>,
         out: &mut dyn Write,
     ) -> io::Result<()> {
-        env::Bash.write_complete(command, words, folder, out)
+        self.shell.write_complete(command, words, folder, out)
     }
 }
