@@ -75,8 +75,8 @@ fn keys_are_those_of_the_experiment_on_the_line() {
     };
     assert_eq!(with(&[], "sweep.s"), ["sweep.seeds="]);
     // Locomotion has none.
-    let radius = "reward.extrinsic.radius_m=".to_owned();
-    assert_eq!(values(&["train", "--set", "reward.extrinsic.ra"]), [radius.clone()]);
+    let radius = "reward.extrinsic.radius_m=";
+    assert_eq!(values(&["train", "--set", "reward.extrinsic.ra"]), [radius]);
     assert_eq!(with(&[], "reward.extrinsic.ra"), [""; 0]);
     let reach = ["--set", "reward.extrinsic.kind='reach'"];
     assert_eq!(with(&reach, "reward.extrinsic.ra"), [radius]);

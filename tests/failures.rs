@@ -180,26 +180,6 @@ fn what_is_done_is_not_read_again() {
     }
 }
 
-/// What a process leaves that is killed right after the last checkpoint, or has lost an export.
-#[test]
-fn exports_that_are_not_of_the_last_checkpoint_are_made_again() {
-    let (_folder, run, cell) = stopped();
-    let exports = ["policy.safetensors", "replay.safetensors"];
-    let earlier = exports.map(|name| fs::read(cell.join(name)).unwrap());
-    itarl(&["resume", text(&run)]).ends(DONE);
-    let through = through();
-    for (name, bytes) in exports.iter().zip(&earlier) {
-        // The recording is the last to be written.
-        fs::write(cell.join("replay.safetensors"), &earlier[1]).unwrap();
-        fs::write(cell.join(name), bytes).unwrap();
-        itarl(&["resume", text(&run)]).ends(DONE);
-        assert_same(&results(&run), &through);
-        fs::remove_file(cell.join(name)).unwrap();
-        itarl(&["resume", text(&run)]).ends(DONE);
-        assert_same(&results(&run), &through);
-    }
-}
-
 #[test]
 fn a_damaged_policy_is_refused_by_a_rollout() {
     let (_folder, _run, cell) = stopped();

@@ -243,7 +243,7 @@ mod tests {
         let mut all = Vec::new();
         let check = |of: &[u8], found: [u8; 4]| {
             let crc = crc(of);
-            let masked = (crc >> 15 | crc << 17).wrapping_add(0xa282_ead8);
+            let masked = crc.rotate_right(15).wrapping_add(0xa282_ead8);
             assert_eq!(u32::from_le_bytes(found), masked);
         };
         while !bytes.is_empty() {
