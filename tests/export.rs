@@ -128,7 +128,7 @@ fn what_cannot_be_exported_is_told() {
         .prints(&["out: 2 of 4 cells"]);
     assert_eq!(event_files(&out).len(), 2);
     fs::remove_dir_all(run.join("cells")).unwrap();
-    export(&[&run], &out).ends(FAILED).complains(&["run: no cell has an update yet"]);
+    export(&[&run], &out).ends(FAILED).complains(&["run: no cell has an update that can be read"]);
     itarl(&["export", text(&run)]).ends(USAGE).complains(&["--tensorboard <FOLDER>"]);
     export(&[folder.path()], &out).ends(FAILED);
 }

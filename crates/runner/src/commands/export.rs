@@ -4,6 +4,7 @@ use std::{
     fs::File,
     io::{self, Read},
     path::{Path, PathBuf},
+    sync::atomic::{AtomicUsize, Ordering},
 };
 
 use anyhow::{Context, bail};
@@ -12,7 +13,7 @@ use runs::{atomic, make_folder, parallel};
 
 use super::{Outcome, joined, print_line};
 use crate::{
-    catalogue::RunCell,
+    catalogue::{Catalogue, RunCell},
     cli::Export,
     comparison::Comparison,
     progress::{Counter, notify},
@@ -38,10 +39,10 @@ pub(super) fn export(arguments: &Export) -> anyhow::Result<Outcome> {
     let places = places(&comparison, out);
     // All of them before the first is written.
     places.iter().try_for_each(|(_, cell, folder)| require_own(cell, &folder.join(FILE_NAME)))?;
-    let n_done = std::sync::atomic::AtomicUsize::new(0);
+    let n_done = AtomicUsize::new(0);
     let exported = parallel::map(&places, |place| {
         let exported = write(&comparison, place);
-        let done = n_done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
+        let done = n_done.fetch_add(1, Ordering::Relaxed) + 1;
         counter.report(done, places.len(), "cells exported");
         exported
     });
@@ -57,7 +58,7 @@ pub(super) fn export(arguments: &Export) -> anyhow::Result<Outcome> {
         }
     }
     if n_written == 0 {
-        bail!("{}: no cell has an update yet", joined(runs));
+        bail!("{}: no cell has an update that can be read", joined(runs));
     }
     let of = if n_written < places.len() { format!(" of {}", places.len()) } else { String::new() };
     let out = out.display();
@@ -69,7 +70,7 @@ pub(super) fn export(arguments: &Export) -> anyhow::Result<Outcome> {
 
 /// Each cell below the folder, as in its run; of several runs by what tells their settings apart.
 fn places<'a>(comparison: &'a Comparison, out: &Path) -> Vec<Place<'a>> {
-    let of_run = |(run, catalogue): (usize, &'a crate::catalogue::Catalogue)| {
+    let of_run = |(run, catalogue): (usize, &'a Catalogue)| {
         catalogue.cells().iter().map(move |cell| {
             let setting = comparison.named(run, &cell.cell.setting);
             (run, cell, out.join(setting).join(format!("seed={}", cell.cell.seed)))

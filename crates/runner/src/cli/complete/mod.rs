@@ -24,7 +24,7 @@ use runs::{CELLS, MANIFEST, Run};
 
 use self::shells::{BASH, ZSH};
 use super::Cli;
-use crate::experiment::{Experiment, Plan};
+use crate::experiment::{Cell, Experiment, Plan};
 
 /// Set by a shell that asks, to its name.
 const VARIABLE: &str = "ITARL_COMPLETE";
@@ -103,7 +103,7 @@ pub(super) fn settings(word: &OsStr) -> Vec<Candidate> {
 /// The numbers of the experiment's cells.
 pub(super) fn indices(word: &OsStr) -> Vec<Candidate> {
     let cells = named_plan().map(|plan| plan.cells().to_vec()).unwrap_or_default();
-    let candidate = |cell: &crate::experiment::Cell| {
+    let candidate = |cell: &Cell| {
         let name = cell.folder().display().to_string();
         Candidate::new(cell.index.to_string()).help(Some(name.into()))
     };
