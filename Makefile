@@ -14,8 +14,8 @@ ASAN_SEQUENCES ?= 5000
 VALGRIND_SEQUENCES ?= 1500
 
 .PHONY: help demo test docs man crash-test import-oracles workers-test cluster-test examples-test dist dist-test deb \
-  lockstep-test verify-lockstep lint bench bench-mujoco bench-pybullet python-test notebook asan valgrind \
-  contact-sheet three setup
+  lockstep-test verify-lockstep lint bench bench-mujoco bench-pybullet python-test notebook tensorboard-test \
+  asan valgrind contact-sheet three setup
 
 help:
 	@echo "make demo      train Svenja for some minutes, and show what came out"
@@ -38,6 +38,7 @@ help:
 	@echo "make bench-pybullet  steps a second of Svenja beside PyBullet's"
 	@echo "make python-test  the package for Python: built, installed and tested"
 	@echo "make notebook  docs/notebook.ipynb, executed anew"
+	@echo "make tensorboard-test  exported event files, read by TensorBoard"
 	@echo "make asan      fuzzing with the C++ shim under AddressSanitizer"
 	@echo "make valgrind  the bullet crate's tests under valgrind"
 	@echo "make three     bundle three.js for the viewer again (needs npm)"
@@ -154,7 +155,7 @@ bench-mujoco: setup
 	cargo build --release --bin itarl
 	test -x target/mujoco/bin/python || python3 -m venv target/mujoco
 	target/mujoco/bin/pip install -q mujoco
-	target/mujoco/bin/python crates/svenja/benches/mj_step.py models/svenja.toml target/release/itarl
+	target/mujoco/bin/python python/benches/mujoco_step.py models/svenja.toml target/release/itarl
 
 # The package for Python, built by pip where the workspace is built, so that they share what both need,
 # and installed into an environment below target/.
@@ -179,6 +180,17 @@ notebook: setup
 	$(PIP_INSTALL) nbconvert ipykernel matplotlib './python[test]'
 	$(PYTHON)/bin/python -m jupyter nbconvert --to notebook --inplace --execute \
 	  --ExecutePreprocessor.record_timing=False docs/notebook.ipynb
+
+# TensorBoard comes from PyPI, into a folder of its own below target/.
+tensorboard-test: PACKAGES += python3-venv
+tensorboard-test: setup
+	cargo build --bin itarl
+	test -x target/tensorboard/bin/python || python3 -m venv target/tensorboard
+	target/tensorboard/bin/pip install -q tensorboard 'setuptools<81'
+	for run in experiments/results/*; do \
+	  target/debug/itarl export $$run --tensorboard target/tensorboard/events/$$run && \
+	  target/tensorboard/bin/python tests/event_files.py $$run target/tensorboard/events/$$run || exit 1; \
+	done
 
 # --target keeps the flags away from build scripts; the library must be the first one loaded.
 SANITIZED = CARGO_TARGET_DIR=target/asan UBSAN_OPTIONS=print_stacktrace=1 \

@@ -7,13 +7,13 @@ use std::{
     collections::BTreeSet,
     fs, io,
     path::{Path, PathBuf},
-    process::{Command, Stdio},
+    process::Stdio,
 };
 
 use common::*;
 use tempfile::TempDir;
 
-const COMMANDS: [&[&str]; 22] = [
+const COMMANDS: [&[&str]; 23] = [
     &["train"],
     &["resume"],
     &["cell"],
@@ -21,6 +21,7 @@ const COMMANDS: [&[&str]; 22] = [
     &["status"],
     &["merge"],
     &["summary"],
+    &["export"],
     &["plot"],
     &["findings"],
     &["check"],
@@ -219,6 +220,23 @@ fn summary_compares_early_with_late() {
         .sum();
     assert!(said.out.contains(&format!("{:+.5}", late / 2.0)), "{late}: {said:?}");
     itarl(&["summary", text(&run), "--early", "2-1"]).ends(USAGE);
+}
+
+/// One cell has gone on, and one has hardly begun.
+#[test]
+fn summary_leaves_no_more_cells_out_than_it_must() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path().join("run");
+    let cell = |which: &[&str]| itarl(&[&["cell", CRAWLER, "--out", text(&run)], which].concat());
+    cell(&["--index", "0"]).ends(DONE);
+    cell(&["--cells", "1-2", "--stop-after", "20"]).ends(STOPPED);
+    cell(&["--index", "3", "--stop-after", "3"]).ends(STOPPED);
+    let said = itarl(&["summary", text(&run)]).ends(DONE);
+    let said = said.prints(&[
+        "means over updates 1-2 (early) and 19-20 (late)",
+        "seed=2/metrics.csv: left out: it has 3 updates, and not all of 1-2 and 19-20",
+    ]);
+    assert_eq!([2, 3].map(|index| row(&said.out, index)[1].clone()), ["2", "1"]);
 }
 
 #[test]
@@ -420,18 +438,6 @@ fn a_table_of_costs_has_a_row_for_each_size_of_work() {
     itarl(&["bench", CRAWLER, CRAWLER])
         .ends(FAILED)
         .complains(&["several files are measured with --table"]);
-}
-
-#[test]
-fn bash_completes_all_commands() {
-    let script = itarl(&["completions", "bash"]).ends(DONE).out;
-    let test =
-        "\nCOMP_WORDS=(itarl ''); COMP_CWORD=1; _itarl itarl '' itarl; echo \"${COMPREPLY[@]}\"";
-    let output = Command::new("bash").args(["-c", &(script + test)]).output().unwrap();
-    let words = String::from_utf8(output.stdout).unwrap();
-    for command in COMMANDS {
-        assert!(words.split_whitespace().any(|word| word == command[0]), "{words}");
-    }
 }
 
 /// A pipe that nobody reads.

@@ -94,13 +94,17 @@ fn killed_behind_its_last_checkpoint_it_makes_up_for_the_exports() {
     train(&run, &[]).ends(DONE);
     let through = results(&run);
     train(&earlier, &["--stop-after", "28"]).ends(STOPPED);
-    for name in ["policy.safetensors", "replay.safetensors"] {
-        let [late, early] = [&run, &earlier].map(|run| run.join("cells/xi=1/seed=1").join(name));
-        fs::copy(early, &late).unwrap();
+    // In the order in which they're written.
+    let exports = ["policy.safetensors", "replay.safetensors"];
+    for n_written in 0..2 {
+        let of = |run: &Path, name: &str| run.join("cells/xi=1/seed=1").join(name);
+        for name in &exports[n_written..] {
+            fs::copy(of(&earlier, name), of(&run, name)).unwrap();
+        }
         assert!(results(&run) != through);
         itarl(&["resume", text(&run)]).ends(DONE);
         assert_same(&results(&run), &through);
-        fs::remove_file(late).unwrap();
+        fs::remove_file(of(&run, exports[n_written])).unwrap();
         itarl(&["resume", text(&run)]).ends(DONE);
         assert_same(&results(&run), &through);
     }

@@ -158,6 +158,28 @@ fn damage_is_named_and_nothing_is_overwritten() {
     assert_same(&results(&run), &through());
 }
 
+/// Of a cell that is done only headers and lengths are looked at: a worker that finds thousands of them
+/// has nothing to do. `status --check` reads them.
+#[test]
+fn what_is_done_is_not_read_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path().join("run");
+    train(&run, &[]).ends(DONE);
+    for file in ["checkpoint", "policy.safetensors", "replay.safetensors"] {
+        let path = run.join("cells/xi=1/seed=1").join(file);
+        let whole = fs::read(&path).unwrap();
+        fs::write(&path, flipped(whole.clone(), whole.len() - 20)).unwrap();
+        let before = tree(&run);
+        train(&run, &[]).ends(DONE).prints(&["4 of 4 cells done"]);
+        itarl(&["resume", text(&run)]).ends(DONE).prints(&["4 of 4 cells done"]);
+        assert_same(&tree(&run), &before);
+        if file == "checkpoint" {
+            itarl(&["status", text(&run), "--check"]).ends(FAILED).prints(&["checkpoint: damaged"]);
+        }
+        fs::write(&path, whole).unwrap();
+    }
+}
+
 #[test]
 fn a_damaged_policy_is_refused_by_a_rollout() {
     let (_folder, _run, cell) = stopped();

@@ -82,6 +82,30 @@ fn picture(lab: &Lab, cell: &Path) -> Vec<u8> {
     fs::read(picture).unwrap()
 }
 
+/// Information is of positions, which neither has.
+#[test]
+fn a_robot_without_sensors_can_be_rolled_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let ball = folder.path().join("ball.toml");
+    let text_of_ball = "name = 'Ball'\nstart = { position_m = [0.0, 0.0, 0.5] }\nlocomotion_scale = 1.0\n\
+        heading = { body = 'ball', axis = [0.0, 1.0, 0.0] }\n\
+        [[body]]\nname = 'ball'\nmass_kg = 1.0\nshape = { kind = 'sphere', radius_m = 0.1 }\n";
+    fs::write(&ball, text_of_ball).unwrap();
+    let blind = folder.path().join("blind.toml");
+    let worm = fs::read_to_string(root().join("models/worm.toml")).unwrap();
+    fs::write(&blind, worm.replacen("name =", "sensors = []\nname =", 1)).unwrap();
+    for model in [&ball, &blind] {
+        for policy in ["neutral", "random"] {
+            let words = ["rollout", text(model), "--policy", policy, "--steps", "20"];
+            let said =
+                itarl(&words).ends(DONE).prints(&["20 control steps", "speed along heading"]);
+            assert!(!said.out.contains("information"), "{said:?}");
+        }
+        let page = folder.path().join("page.html");
+        itarl(&["replay", text(model), "--html", text(&page), "--steps", "20"]).ends(DONE);
+    }
+}
+
 #[test]
 fn a_changed_robot_is_that_of_a_changed_file() {
     let lab = Lab::new();

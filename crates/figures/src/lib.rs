@@ -13,7 +13,7 @@
 //! | `findings/` | [`Findings`]: the paper's statements, and what a run says to each |
 //! | `curves.rs`, `numbers.rs` | smoothing, quartiles over time; numbers as people read them |
 //! | `together.rs` | several runs as one, to compare them |
-//! | `canvas.rs`, `axis.rs`, `legend.rs` | the page, the font, the axes, the settings' colours |
+//! | `canvas.rs`, `axis.rs`, `legend.rs`, `line_chart.rs` | the page, the font, the axes, the settings' colours; a line for each setting |
 //! | `robot.rs`, `learning_curves.rs`, `close_up.rs`, `feet.rs`, `scatter.rs`, `final_values.rs`, `performance_profile.rs`, `sample_efficiency.rs`, `health.rs` | one figure each |
 //! | `landscape.rs` | [`landscape_curves`], [`landscape_maps`]: slices through parameters, of numbers alone |
 //!
@@ -51,6 +51,7 @@ mod information;
 mod landscape;
 mod learning_curves;
 mod legend;
+mod line_chart;
 mod measure;
 mod numbers;
 mod outcome;

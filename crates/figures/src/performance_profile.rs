@@ -11,19 +11,10 @@
 
 use std::ops::Range;
 
-use plotters::{
-    element::{PathElement, Polygon},
-    style::{Color, RGBColor, text_anchor::HPos},
-};
-
 use super::{
     Drawing, Error, Figure, Options, Results, Setting, Table,
-    axis::{Axis, BELOW, Chart, LEFT, Panel},
-    canvas::{
-        INK, PAGE, Rect, SMALL, font, notes_height, paint, stroke, viridis, write, write_notes,
-        write_y_label,
-    },
-    legend::Legend,
+    axis::Axis,
+    line_chart::{Line, LineChart},
     statistics::{share_above, sorted},
     tables::{CURVE_REPLICATES, Estimate, caveats, number},
 };
@@ -44,9 +35,6 @@ pub(super) const FIGURE: Figure = Figure {
 
 /// Scores at which there are intervals, and rows of the table.
 const SCORES: usize = 51;
-const MARGIN: f64 = 44.0;
-const TOP: f64 = 20.0;
-const HEIGHT: f64 = 300.0;
 
 /// A setting's profile.
 struct Profile {
@@ -89,53 +77,27 @@ fn profiles(run: &Results, scores: &[f64]) -> Vec<Profile> {
 fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
     let scores = scores(run);
     let profiles = profiles(run, &scores);
-    let legend = Legend::of(&run.settings);
-    let notes = [vec![note(run)], caveats(run)].concat();
-    let frame =
-        Rect { x: MARGIN + LEFT, y: TOP, width: PAGE - MARGIN - LEFT - 16.0, height: HEIGHT };
     let x = Axis::around(run.settings.iter().flat_map(Setting::last), 12);
-    let y = Axis::new(0.0..1.0, 6);
-    let bottom = frame.bottom() + BELOW + 40.0;
-    let height = bottom + legend.height() + notes_height(&notes) + 12.0;
-    paint(&FIGURE, height, FIGURE.caption_with(run, &notes), |area| {
-        let panel = Panel { frame, x: &x, y: &y, x_numbers: true, y_numbers: true };
-        panel.draw(area, |chart| {
-            for (i, profile) in profiles.iter().enumerate() {
-                draw_profile(chart, profile, &scores, viridis(i, profiles.len()))?;
-            }
-            Ok(())
-        })?;
-        write_y_label(area, frame, "cells", "share above the score")?;
-        let multiplier = x.multiplier().map(|it| format!("{it} ")).unwrap_or_default();
-        let unit = run.measure.axis_unit();
-        let label =
-            format!("score: {} of the last window / {multiplier}{unit}", run.measure.symbol);
-        let at = (frame.x + frame.width / 2.0, frame.bottom() + BELOW + 10.0);
-        write(area, &label, at, &font(SMALL, INK, HPos::Center))?;
-        legend.draw(area, bottom)?;
-        write_notes(area, bottom + legend.height() + 6.0, &notes)
-    })
-}
-
-fn draw_profile(
-    chart: &mut Chart<'_, '_>,
-    profile: &Profile,
-    scores: &[f64],
-    color: RGBColor,
-) -> Result<(), Error> {
-    let end = |of: fn(&super::statistics::Interval) -> f64| {
-        let shares = scores.iter().zip(&profile.shares);
-        shares.filter_map(move |(&score, share)| Some((score, of(share.interval.as_ref()?))))
+    let multiplier = x.multiplier().map(|it| format!("{it} ")).unwrap_or_default();
+    let (symbol, unit) = (&run.measure.symbol, run.measure.axis_unit());
+    let chart = LineChart {
+        figure: &FIGURE,
+        run,
+        top: 20.0,
+        height: 300.0,
+        x,
+        x_label: format!("score: {symbol} of the last window / {multiplier}{unit}"),
+        y: Axis::new(0.0..1.0, 6),
+        y_label: ["cells", "share above the score"],
+        notes: [vec![note(run)], caveats(run)].concat(),
     };
-    let (low, high) = (end(|it| it.low), end(|it| it.high));
-    let around: Vec<_> = low.chain(high.collect::<Vec<_>>().into_iter().rev()).collect();
-    if !around.is_empty() {
-        chart.draw_series([Polygon::new(around, color.mix(0.15))])?;
-    }
-    let (first, last) = (scores[0], scores[scores.len() - 1]);
-    let style = stroke(color, 2.2);
-    chart.draw_series([PathElement::new(profile.steps(&(first..last)), style)])?;
-    Ok(())
+    let range = scores[0]..scores[SCORES - 1];
+    let line = |it: &Profile| {
+        let shares = scores.iter().zip(&it.shares);
+        let band = shares.filter_map(|(&score, share)| Some((score, share.interval?)));
+        Line { points: it.steps(&range), band: band.collect() }
+    };
+    chart.draw(&profiles.iter().map(line).collect::<Vec<_>>())
 }
 
 fn note(run: &Results) -> String {

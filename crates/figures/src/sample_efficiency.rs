@@ -7,20 +7,11 @@
 //! control steps, those of all worlds of a cell together: an update of 32 worlds has taken 32 times as
 //! many as that of one.
 
-use plotters::{
-    element::{PathElement, Polygon},
-    style::{Color, RGBColor, text_anchor::HPos},
-};
-
 use super::{
     Drawing, Error, Figure, Options, Results, Setting, Table,
-    axis::{Axis, BELOW, Chart, LEFT, Panel},
-    canvas::{
-        INK, PAGE, Rect, SMALL, font, notes_height, paint, stroke, viridis, write, write_notes,
-        write_y_label,
-    },
+    axis::Axis,
     curves::{smoothed, window_for},
-    legend::Legend,
+    line_chart::{Line, LineChart, WIDTH},
     statistics::interquartile_mean,
     tables::{CURVE_REPLICATES, Estimate, caveats, number},
 };
@@ -42,9 +33,6 @@ pub(super) const FIGURE: Figure = Figure {
 
 /// Points of a setting's curve at most.
 const POINTS: usize = 40;
-const MARGIN: f64 = 44.0;
-const TOP: f64 = 24.0;
-const HEIGHT: f64 = 340.0;
 
 /// What a setting's cells had reached at one time.
 struct Point {
@@ -73,51 +61,30 @@ fn curve(setting: &Setting) -> Vec<Point> {
 
 fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
     let curves = runs::parallel::map(&run.settings, curve);
-    let legend = Legend::of(&run.settings);
-    let notes = [vec![note()], caveats(run)].concat();
-    let frame =
-        Rect { x: MARGIN + LEFT, y: TOP, width: PAGE - MARGIN - LEFT - 16.0, height: HEIGHT };
     let ends = |it: &Point| it.iqm.interval.map_or([it.iqm.value; 2], |it| [it.low, it.high]);
-    let y = Axis::around(curves.iter().flatten().flat_map(ends), 8);
-    let most = |it: &Setting| run_steps(it);
-    let x = Axis::counts(run.settings.iter().map(most).fold(1.0, f64::max), frame.width);
-    let bottom = frame.bottom() + BELOW + 40.0;
-    let height = bottom + legend.height() + notes_height(&notes) + 12.0;
-    paint(&FIGURE, height, FIGURE.caption_with(run, &notes), |area| {
-        let panel = Panel { frame, x: &x, y: &y, x_numbers: true, y_numbers: true };
-        panel.draw(area, |chart| {
-            for (i, curve) in curves.iter().enumerate() {
-                draw_curve(chart, curve, viridis(i, curves.len()))?;
-            }
-            Ok(())
-        })?;
-        write_y_label(area, frame, &run.measure.symbol, &run.measure.axis_unit())?;
-        let at = (frame.x + frame.width / 2.0, frame.bottom() + BELOW + 10.0);
-        let label = x.counts_label("control steps of a cell");
-        write(area, &label, at, &font(SMALL, INK, HPos::Center))?;
-        legend.draw(area, bottom)?;
-        write_notes(area, bottom + legend.height() + 6.0, &notes)
-    })
+    let x = Axis::counts(run.settings.iter().map(run_steps).fold(1.0, f64::max), WIDTH);
+    let chart = LineChart {
+        figure: &FIGURE,
+        run,
+        top: 24.0,
+        height: 340.0,
+        x_label: x.counts_label("control steps of a cell"),
+        x,
+        y: Axis::around(curves.iter().flatten().flat_map(ends), 8),
+        y_label: [&run.measure.symbol, &run.measure.axis_unit()],
+        notes: [vec![note()], caveats(run)].concat(),
+    };
+    let line = |curve: &Vec<Point>| Line {
+        points: curve.iter().map(|it| (it.control_steps, it.iqm.value)).collect(),
+        band: curve.iter().filter_map(|it| Some((it.control_steps, it.iqm.interval?))).collect(),
+    };
+    chart.draw(&curves.iter().map(line).collect::<Vec<_>>())
 }
 
 /// Control steps of a setting's longest cell.
 fn run_steps(setting: &Setting) -> f64 {
     let longest = setting.cells.iter().map(super::CellResults::updates).max().unwrap_or(0);
     longest as f64 * setting.steps_per_update
-}
-
-fn draw_curve(chart: &mut Chart<'_, '_>, curve: &[Point], color: RGBColor) -> Result<(), Error> {
-    let told = curve.iter().filter_map(|it| Some((it.control_steps, it.iqm.interval?)));
-    let told: Vec<_> = told.collect();
-    let low = told.iter().map(|(x, it)| (*x, it.low));
-    let high = told.iter().map(|(x, it)| (*x, it.high)).rev();
-    let around: Vec<_> = low.chain(high).collect();
-    if !around.is_empty() {
-        chart.draw_series([Polygon::new(around, color.mix(0.15))])?;
-    }
-    let line: Vec<_> = curve.iter().map(|it| (it.control_steps, it.iqm.value)).collect();
-    chart.draw_series([PathElement::new(line, stroke(color, 2.2))])?;
-    Ok(())
 }
 
 fn note() -> String {

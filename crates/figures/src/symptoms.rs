@@ -26,8 +26,11 @@ const IDLE: f64 = 1e-3;
 const CLIPPED: f64 = 0.01;
 /// Parts that touch and shouldn't, for each control step.
 const FALLEN: f64 = 0.5;
-/// Of the information, the correction of its bias. Of 100 readings in two bins it's 0.005 nats.
+/// Of the information, the correction of its bias.
 const BIASED: f64 = 0.3;
+/// Nats per variable that the correction is then. Of 100 readings in two bins it's 0.005 nats: where there's
+/// hardly any information, that is all of what is measured, and nothing is wrong with the window.
+const BIAS_NATS: f64 = 0.01;
 /// Updates below which none of what takes time is told.
 const FEWEST_UPDATES: usize = 10;
 /// Recorded control steps likewise.
@@ -214,8 +217,8 @@ impl View<'_> {
     fn bias(&self) -> Option<Symptom> {
         let information = self.information?;
         let nats = self.both(["R_MI_nats", "R_MI_miller_madow_nats"], |nats, corrected| {
-            // Where there's no information there's no share of it.
-            if nats > 10.0 * SILENT_NATS { (corrected - nats).abs() / nats } else { f64::NAN }
+            let bias = (corrected - nats).abs();
+            if bias > BIAS_NATS { bias / nats } else { f64::NAN }
         });
         self.lasting(
             &BIAS,
@@ -408,6 +411,24 @@ mod tests {
             let over = |update: u64| if update < 35 { from(1)(update) } else { well(update) };
             assert!(!of(over, &facts()).iter().any(|it| it.kind == kind), "{}", kind.name);
         }
+    }
+
+    /// A robot that hardly moves, with the paper's window: what is measured is the bias, 0.005 nats.
+    #[test]
+    fn the_bias_of_almost_no_information_is_no_symptom() {
+        let still = |nats: f64, bias: f64| {
+            let row = move |update| Row {
+                intrinsic_nats: nats,
+                intrinsic_nats_corrected: nats - bias,
+                ..well(update)
+            };
+            told(&of(row, &facts()))
+        };
+        for nats in [0.002, 0.005, 0.015] {
+            assert_eq!(still(nats, 0.005), [], "{nats}");
+        }
+        assert_eq!(still(0.1, 0.045), [(BIAS.name, Some(1))], "four bins");
+        assert_eq!(still(0.4, 0.25), [(BIAS.name, Some(1))], "a window of two readings");
     }
 
     #[test]

@@ -2,23 +2,22 @@
 
 use std::path::PathBuf;
 
-use clap::{
-    Args, Parser, Subcommand, ValueEnum, ValueHint,
-    builder::{OsStringValueParser, TypedValueParser},
-};
-use clap_complete::Shell;
-use serde::Serialize;
+use clap::{Args, Parser, Subcommand, ValueHint};
+use clap_complete::{Shell, engine::ArgValueCompleter as Completer};
 
 pub use self::{
     import::{Base, Import},
     landscape::Landscape,
+    results::{Check, Export, Format, Plot, Publish, Report, Summary, Updates},
     training::{Cell, Resume, Slurm, Train, Until, Which, Work},
     values::{Cells, Shown, Size, Task},
 };
 use crate::experiment::known;
 
+pub mod complete;
 mod import;
 mod landscape;
+mod results;
 mod training;
 mod values;
 
@@ -137,6 +136,14 @@ docs/health.md says how each symptom is found. Exit codes: 0 nothing is found; 1
 It has the settings, curves as means over some updates, the policies, and the recordings of each
 setting's best and median cell. What reads a run reads it, too.")]
     Publish(Publish),
+    /// Write the curves of runs for other programs: event files that TensorBoard opens
+    #[command(after_help = "Examples:
+  itarl export runs/quick --tensorboard events
+  tensorboard --logdir events
+
+A run of TensorBoard's is a cell, by the name of its folder; steps are control steps.
+docs/run-folders.md tells more, and how to read a run without it.")]
+    Export(Export),
     /// Print the complete settings of an experiment file
     #[command(
         disable_help_flag = true,
@@ -190,9 +197,13 @@ The page, pictures and films need no display and no GPU where they're made.")]
         #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
         out: Option<PathBuf>,
     },
-    /// Print a shell's completions
-    #[command(after_help = "Example:
-  itarl completions bash > ~/.local/share/bash-completion/completions/itarl")]
+    /// Print a shell's completions: of commands and options, cells, settings and keys
+    #[command(after_help = "Examples:
+  source <(itarl completions bash)    # in ~/.bashrc
+  source <(itarl completions zsh)     # in ~/.zshrc, behind compinit
+  itarl completions fish | source     # in ~/.config/fish/config.fish
+
+Then `itarl replay runs/quick/<TAB>` offers cells, and `itarl train FILE --set rew<TAB>` keys.")]
     Completions {
         /// Which shell
         shell: Shell,
@@ -206,7 +217,7 @@ pub struct ExperimentFile {
     #[arg(value_hint = ValueHint::FilePath)]
     pub file: PathBuf,
     /// Change a setting, as in learning.rate=0.3; a text in quotes: learning.optimiser='"adam"'
-    #[arg(long = "set", value_name = "KEY=VALUE")]
+    #[arg(long = "set", value_name = "KEY=VALUE", add = Completer::new(complete::assignments))]
     pub set: Vec<String>,
 }
 
@@ -217,10 +228,10 @@ pub struct Config {
     #[arg(required_unless_present = "help", value_hint = ValueHint::FilePath)]
     pub file: Option<PathBuf>,
     /// Change a setting, as in learning.rate=0.3
-    #[arg(long = "set", value_name = "KEY=VALUE")]
+    #[arg(long = "set", value_name = "KEY=VALUE", add = Completer::new(complete::assignments))]
     pub set: Vec<String>,
     /// Print help; of a setting, or of all in a table, what it means
-    #[arg(short, long, value_name = "KEY", value_parser = known)]
+    #[arg(short, long, value_name = "KEY", value_parser = known, add = Completer::new(complete::keys))]
     pub help: Option<Option<String>>,
 }
 
@@ -261,103 +272,11 @@ pub struct Print {
     pub json: bool,
 }
 
-/// The arguments of `itarl summary`.
-#[derive(Debug, Args)]
-pub struct Summary {
-    /// The run's folder, or several to compare
-    #[arg(required = true, value_name = "RUN", value_hint = ValueHint::DirPath)]
-    pub runs: Vec<PathBuf>,
-    /// Early updates [default: the first tenth]
-    #[arg(long, value_name = "FIRST-LAST")]
-    pub early: Option<Updates>,
-    /// Late updates [default: the last tenth]
-    #[arg(long, value_name = "FIRST-LAST")]
-    pub late: Option<Updates>,
-    /// How it's printed.
-    #[command(flatten)]
-    pub print: Print,
-}
-
-/// The arguments of `itarl check`.
-#[derive(Debug, Args)]
-pub struct Check {
-    /// The run's folder, or several
-    #[arg(required = true, value_name = "RUN", value_hint = ValueHint::DirPath)]
-    pub runs: Vec<PathBuf>,
-    /// How it's printed.
-    #[command(flatten)]
-    pub print: Print,
-}
-
-/// Figures of a run, or of several.
-#[derive(Debug, Args)]
-pub struct Plot {
-    /// The run's folder, or several to compare, and which figures [default: all]
-    #[arg(required = true, value_name = "RUN|FIGURE", value_hint = ValueHint::DirPath,
-        value_parser = OsStringValueParser::new().try_map(Shown::parse))]
-    pub shown: Vec<Shown>,
-    /// Where the files go [default: RUN/plots; of several runs ./comparison]
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
-    pub out: Option<PathBuf>,
-    /// Kinds of files
-    #[arg(long, value_name = "FORMAT,...", value_delimiter = ',', default_value = "svg")]
-    pub format: Vec<Format>,
-    /// A setting that close-up shows, as its folder is named [default: the best and the last one]
-    #[arg(long = "setting", value_name = "SETTING")]
-    pub settings: Vec<String>,
-    /// The two best cells in feet, in place of the best and the median one
-    #[arg(long)]
-    pub two_best: bool,
-}
-
-/// The arguments of `itarl report`.
-#[derive(Debug, Args)]
-pub struct Report {
-    /// The run's folder, or several to compare
-    #[arg(required = true, value_name = "RUN", value_hint = ValueHint::DirPath)]
-    pub runs: Vec<PathBuf>,
-    /// The page [default: RUN/report.html; of several runs ./comparison.html]
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
-    pub out: Option<PathBuf>,
-}
-
-/// The arguments of `itarl publish`.
-#[derive(Debug, Args)]
-pub struct Publish {
-    /// The run's folder, finished or not
-    #[arg(value_name = "DIR", value_hint = ValueHint::DirPath)]
-    pub run: PathBuf,
-    /// The folder that's made
-    #[arg(long, value_name = "FOLDER", value_hint = ValueHint::DirPath)]
-    pub out: PathBuf,
-    /// Updates that a row is the mean of [default: so many that the longest cell has up to 300 rows]
-    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u64).range(1..))]
-    pub every: Option<u64>,
-}
-
-/// A kind of picture file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
-pub enum Format {
-    /// Lines and text, for pages and print
-    Svg,
-    /// 2,000 pixels wide
-    Png,
-}
-
-/// Some updates in a row.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Updates {
-    /// The first update, counted from 1.
-    pub first: u64,
-    /// The last update, which belongs to them.
-    pub last: u64,
-}
-
 /// A run without learning.
 #[derive(Debug, Args)]
 pub struct Rollout {
     /// A cell's folder, or a model file
-    #[arg(value_name = "CELL|MODEL", value_hint = ValueHint::AnyPath)]
+    #[arg(value_name = "CELL|MODEL", value_hint = ValueHint::AnyPath, add = Completer::new(complete::cells))]
     pub what: PathBuf,
     /// Control steps
     #[arg(long, default_value_t = 600, value_parser = clap::value_parser!(u64).range(1..))]
@@ -369,7 +288,7 @@ pub struct Rollout {
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub csv: Option<PathBuf>,
     /// learned, random, neutral, or a gait file [default: learned for a cell, neutral for a model]
-    #[arg(long, value_name = "POLICY")]
+    #[arg(long, value_name = "POLICY", add = Completer::new(complete::policies))]
     pub policy: Option<String>,
     /// How it's printed.
     #[command(flatten)]
@@ -380,7 +299,7 @@ pub struct Rollout {
 #[derive(Debug, Args)]
 pub struct Replay {
     /// A cell's folder, or a model file
-    #[arg(value_name = "CELL|MODEL", value_hint = ValueHint::AnyPath)]
+    #[arg(value_name = "CELL|MODEL", value_hint = ValueHint::AnyPath, add = Completer::new(complete::cells))]
     pub what: PathBuf,
     /// Write a page with a 3-D viewer [default, if nothing else is asked for: a file by the name of
     /// what is watched, here]
@@ -406,7 +325,7 @@ pub struct Replay {
     pub size: Option<Size>,
     /// Roll out in place of what was recorded: learned, random, neutral, or a gait file [default: a
     /// cell's record; random for a model]
-    #[arg(long, value_name = "POLICY")]
+    #[arg(long, value_name = "POLICY", add = Completer::new(complete::policies))]
     pub policy: Option<String>,
     /// Control steps of a rollout
     #[arg(long, default_value_t = 300, value_parser = clap::value_parser!(u64).range(1..=100_000))]

@@ -12,6 +12,7 @@
 //! | [`rollout`], [`gait`] | a policy or a gait without learning |
 //! | [`health`] | what is wrong with how cells learn |
 //! | [`publish`] | what others need of a run, in a small folder |
+//! | [`tensorboard`] | a cell's rows as an event file of TensorBoard's |
 //! | [`landscape`] | how reward, task and information depend on a policy's parameters |
 //! | [`clips`], [`report`] | what `scenes` and `figures` show of a run, composed |
 //! | [`cli`], [`commands`], [`progress`] | what can be typed, what it does, and how far it is |
@@ -37,6 +38,7 @@ pub mod publish;
 pub mod report;
 pub mod rollout;
 pub mod session;
+pub mod tensorboard;
 pub mod training;
 
 mod policies;

@@ -6,10 +6,15 @@ use std::{io, process::ExitCode, sync::Arc};
 
 use anyhow::Context;
 use clap::Parser;
-use runner::{cli::Cli, commands, progress::notify};
+use runner::{
+    cli::{Cli, complete},
+    commands,
+    progress::notify,
+};
 use signal_hook::{consts::SIGXFSZ, flag};
 
 fn main() -> ExitCode {
+    complete::answer();
     match run() {
         Ok(code) => code,
         // Whoever reads our output has had enough.

@@ -13,6 +13,7 @@
 //! | `appended.rs` | [`Appended`]: a file that only grows, cut back to its checkpoint |
 //! | `replay/` | [`Recording`]: the last control steps; [`Ring`]: as they're kept while training |
 //! | `record.rs`, `status.rs` | a cell as a reader may believe it; [`CellStatus`]: where it stands |
+//! | `complete.rs` | whether nothing is left to do at a cell |
 //! | `publish.rs` | [`Publication`]: what others need of a run, in a small folder; [`Published`]: what is read of it |
 //! | `lock.rs`, `writer.rs` | [`Lock`]: one writer at a time; [`Writer`]: who that is |
 //! | `atomic.rs` | [`atomic`]: whole files |
@@ -43,6 +44,7 @@ mod appended;
 pub mod atomic;
 mod cell;
 mod checkpoint;
+mod complete;
 mod create;
 mod differences;
 mod error;

@@ -3,14 +3,17 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint, value_parser};
+use clap_complete::engine::ArgValueCompleter as Completer;
 
+use super::complete;
 use crate::training::SolverKind;
 
 /// The arguments of `itarl landscape`.
 #[derive(Debug, Args)]
 pub struct Landscape {
     /// Cells' folders: slices go through their policies
-    #[arg(value_name = "CELL", required_unless_present = "between", value_hint = ValueHint::DirPath)]
+    #[arg(value_name = "CELL", required_unless_present = "between", value_hint = ValueHint::DirPath,
+        add = Completer::new(complete::cells))]
     pub cells: Vec<PathBuf>,
     /// Lines in so many random directions through each cell [default: 2; 0 with --between or
     /// --along-training]
@@ -20,7 +23,8 @@ pub struct Landscape {
     #[arg(long)]
     pub plane: bool,
     /// A line from one cell to another; can be given several times
-    #[arg(long, num_args = 2, value_names = ["A", "B"], value_hint = ValueHint::DirPath)]
+    #[arg(long, num_args = 2, value_names = ["A", "B"], value_hint = ValueHint::DirPath,
+        add = Completer::new(complete::cells))]
     pub between: Vec<PathBuf>,
     /// A map of the principal plane of a path: the cells are one policy while it was trained, in order
     #[arg(long)]

@@ -3,8 +3,9 @@
 use std::{path::PathBuf, time::Duration};
 
 use clap::{Args, ValueHint};
+use clap_complete::engine::ArgValueCompleter as Completer;
 
-use super::{Cells, ExperimentFile, Task};
+use super::{Cells, ExperimentFile, Task, complete};
 use crate::training::SolverKind;
 
 /// The arguments of `itarl train`.
@@ -63,10 +64,10 @@ pub struct Cell {
 #[group(required = true, multiple = false)]
 pub struct Which {
     /// A cell
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", add = Completer::new(complete::indices))]
     pub index: Option<usize>,
     /// Cells, as in 0-15 or 3,7,20-23
-    #[arg(long, value_name = "FIRST-LAST,...", value_delimiter = ',')]
+    #[arg(long, value_name = "FIRST-LAST,...", value_delimiter = ',', add = Completer::new(complete::indices))]
     pub cells: Vec<Cells>,
     /// The K-th of N parts of all cells, K from 1, as array jobs count
     #[arg(long, value_name = "K/N")]

@@ -2,7 +2,9 @@
 
 mod bench;
 mod check;
+mod completions;
 mod config;
+mod export;
 mod findings;
 mod import;
 mod json;
@@ -29,12 +31,11 @@ use std::{
 
 use ::config::{Problem, Problems};
 use anyhow::Context;
-use clap::CommandFactory;
 use figures::plain;
 
 use crate::{
     catalogue::Catalogue,
-    cli::{Cli, Command, ExperimentFile},
+    cli::{Command, ExperimentFile},
     comparison::Comparison,
     experiment::Plan,
     progress::notify,
@@ -79,6 +80,7 @@ pub fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Config(arguments) => config::config(arguments),
         Command::Check(arguments) => check::check(&arguments),
         Command::Findings { runs } => findings::findings(&runs),
+        Command::Export(arguments) => export::export(&arguments),
         Command::Publish(arguments) => publish::publish(&arguments),
         Command::Rollout(arguments) => rollout::rollout(&arguments),
         Command::Landscape(arguments) => landscape::landscape(&arguments),
@@ -87,12 +89,7 @@ pub fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Model(arguments) => model::model(&arguments),
         Command::Bench(arguments) => bench::bench(&arguments),
         Command::Man { out } => man::man(out.as_deref()),
-        Command::Completions { shell } => {
-            let mut script = Vec::new();
-            clap_complete::generate(shell, &mut Cli::command(), "itarl", &mut script);
-            print(&script)?;
-            Ok(Outcome::Done)
-        }
+        Command::Completions { shell } => completions::completions(shell),
     }
 }
 

@@ -61,7 +61,7 @@ struct OfRun {
 }
 
 impl OfRun {
-    /// What can't be read is said.
+    /// What can't be read is said, and what doesn't have the windows.
     fn read(
         comparison: &Comparison,
         run: usize,
@@ -70,29 +70,23 @@ impl OfRun {
     ) -> anyhow::Result<Self> {
         let catalogue = &comparison.catalogues()[run];
         let every = catalogue.every();
+        let (curves, mut left_out) = curves(comparison, run, measure);
+        let unreadable = left_out.len();
+        let n_updates: Vec<_> = curves.iter().map(|(_, it)| it.len() as u64 * every).collect();
+        let windows = chosen(arguments, reached(&n_updates), every);
         let mut settings: Vec<(String, Vec<Windows>)> = Vec::new();
-        let (mut windows, mut left_out, mut unreadable) = (None, Vec::new(), 0);
-        for run_cell in catalogue.cells() {
-            let RunCell { cell, folder, .. } = run_cell;
-            let path = folder.metrics();
-            let rows = match catalogue.rows(run_cell) {
-                Ok(rows) if rows.is_empty() && !path.exists() => continue,
-                Ok(rows) => rows,
-                Err(error) => {
-                    left_out.push(cell.folder().display().to_string());
-                    let omitted = Omitted::new(cell.folder().display(), error);
-                    notify(comparison.of_run(run, omitted));
-                    unreadable += 1;
-                    continue;
-                }
-            };
-            let n = rows.len() as u64 * every;
-            let [early, late] = *windows.get_or_insert_with(|| chosen(arguments, n, every));
-            let mean = |window| means(&rows, measure, window, every);
-            let (Some(first), Some(second)) = (mean(early), mean(late)) else {
+        for ((run_cell, curve), n) in curves.iter().zip(n_updates) {
+            let cell = &run_cell.cell;
+            let [first, second] = windows.map(|window| means(curve, window, every));
+            let (Some(first), Some(second)) = (first, second) else {
                 left_out.push(cell.folder().display().to_string());
                 if !arguments.print.json {
-                    print_line(format_args!("{}: left out, it has {n} updates", path.display()))?;
+                    let path = run_cell.folder.metrics();
+                    let [early, late] = windows;
+                    print_line(format_args!(
+                        "{}: left out: it has {n} updates, and not all of {early} and {late}",
+                        path.display()
+                    ))?;
                 }
                 continue;
             };
@@ -104,9 +98,10 @@ impl OfRun {
             }
         }
         let folder = catalogue.run().folder().display().to_string();
-        let Some([early, late]) = windows.filter(|_| !settings.is_empty()) else {
+        if settings.is_empty() {
             bail!("{folder}: no cell has the updates that are asked for");
-        };
+        }
+        let [early, late] = windows;
         let settings = settings.into_iter().map(|(name, of)| Learned::of(name, &of)).collect();
         Ok(Self { run: folder, early, late, settings, left_out, unreadable })
     }
@@ -116,6 +111,55 @@ impl OfRun {
         let performance = Performance { symbol: &measure.symbol, unit: &measure.unit };
         print_json("summary", Report { run, early, late, performance, settings, left_out })
     }
+}
+
+/// A row as far as it's told of.
+struct Point {
+    update: u64,
+    intrinsic_nats: f64,
+    performance: f64,
+}
+
+/// A cell, with a point for each of its rows.
+type Curve<'a> = (&'a RunCell, Vec<Point>);
+
+/// The cells that were begun, and the names of those that can't be read, which is said.
+fn curves<'a>(
+    comparison: &'a Comparison,
+    run: usize,
+    measure: &Measure,
+) -> (Vec<Curve<'a>>, Vec<String>) {
+    let catalogue = &comparison.catalogues()[run];
+    let point = |row: Row| Point {
+        update: row.update,
+        intrinsic_nats: row.intrinsic_nats,
+        performance: measure.of(&row),
+    };
+    let read = runs::parallel::map(catalogue.cells(), |cell| -> Result<Vec<_>, _> {
+        Ok(catalogue.rows(cell)?.into_iter().map(point).collect())
+    });
+    let (mut curves, mut unreadable) = (Vec::new(), Vec::new());
+    for (cell, points) in catalogue.cells().iter().zip(read) {
+        match points {
+            Ok(points) if points.is_empty() && !cell.folder.metrics().exists() => {}
+            Ok(points) => curves.push((cell, points)),
+            Err(error) => {
+                let error: runs::Error = error;
+                let name = cell.cell.folder().display().to_string();
+                notify(comparison.of_run(run, Omitted::new(&name, error)));
+                unreadable.push(name);
+            }
+        }
+    }
+    (curves, unreadable)
+}
+
+/// Updates that windows are chosen of, of cells with so many each: those that are reached by the cells whose
+/// updates up to there are the most in all. One cell that has gone on doesn't leave the others out, nor one
+/// that has hardly begun shorten theirs.
+fn reached(n_updates: &[u64]) -> u64 {
+    let covered = |n: u64| n_updates.iter().filter(|it| **it >= n).count() as u64 * n;
+    n_updates.iter().copied().max_by_key(|&n| (covered(n), n)).unwrap_or(0)
 }
 
 /// A table of all settings; of several runs also what differs, and which is better.
@@ -215,23 +259,23 @@ fn require_whole(arguments: &Summary, every: u64) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// As asked, or the first and the last tenth of so many updates, in whole rows.
+/// As asked, or the first and the last tenth of so many updates, in whole rows, at least one.
 fn chosen(arguments: &Summary, n: u64, every: u64) -> [Updates; 2] {
+    let n = n.max(every);
     let tenth = (tenth_of(n) / every).max(1) * every;
     [
         arguments.early.unwrap_or(Updates { first: 1, last: tenth }),
-        arguments.late.unwrap_or(Updates { first: n + 1 - tenth.min(n), last: n }),
+        arguments.late.unwrap_or(Updates { first: n + 1 - tenth, last: n }),
     ]
 }
 
 /// Of the information in nats and of the measure; none if an update is missing.
-fn means(rows: &[Row], measure: &Measure, window: Updates, every: u64) -> Option<(f64, f64)> {
-    let inside = |row: &&Row| (window.first..=window.last).contains(&row.update);
-    let rows: Vec<_> = rows.iter().filter(inside).collect();
-    let mean_of =
-        |of: &dyn Fn(&Row) -> f64| mean(&rows.iter().map(|row| of(row)).collect::<Vec<_>>());
-    (rows.len() as u64 * every == window.last + 1 - window.first)
-        .then(|| (mean_of(&|row| row.intrinsic_nats), mean_of(&|row| measure.of(row))))
+fn means(points: &[Point], window: Updates, every: u64) -> Option<(f64, f64)> {
+    let inside = |point: &&Point| (window.first..=window.last).contains(&point.update);
+    let points: Vec<_> = points.iter().filter(inside).collect();
+    let mean_of = |of: fn(&Point) -> f64| mean(&points.iter().map(|it| of(it)).collect::<Vec<_>>());
+    (points.len() as u64 * every == window.last + 1 - window.first)
+        .then(|| (mean_of(|it| it.intrinsic_nats), mean_of(|it| it.performance)))
 }
 
 fn table(settings: &[(String, &Learned)], measure: &Measure) -> Table {
@@ -302,16 +346,24 @@ mod tests {
 
     #[test]
     fn means_need_all_updates() {
-        let row = |update| Row { update, task: update as f64, ..Row::default() };
-        let turning = Measure::of_task("turning", "turning", "rad");
-        let rows: Vec<_> = (1..=10).map(row).collect();
-        let means_of = |first, last| means(&rows, &turning, Updates { first, last }, 1);
-        assert_eq!(means_of(3, 5), Some((0.0, 4.0)));
+        let point = |update| Point { update, intrinsic_nats: 0.5, performance: update as f64 };
+        let points: Vec<_> = (1..=10).map(point).collect();
+        let means_of = |first, last| means(&points, Updates { first, last }, 1);
+        assert_eq!(means_of(3, 5), Some((0.5, 4.0)));
         assert_eq!(means_of(9, 11), None);
         // Of a published run: rows 4, 8, 12 are updates 1-4, 5-8 and 9-12.
-        let rows: Vec<_> = [4, 8, 12].map(row).into();
-        let means_of = |first, last| means(&rows, &turning, Updates { first, last }, 4);
-        assert_eq!(means_of(5, 12), Some((0.0, 10.0)));
+        let points: Vec<_> = [4, 8, 12].map(point).into();
+        let means_of = |first, last| means(&points, Updates { first, last }, 4);
+        assert_eq!(means_of(5, 12), Some((0.5, 10.0)));
         assert_eq!(means_of(9, 16), None);
+    }
+
+    #[test]
+    fn windows_are_of_the_updates_that_the_cells_have() {
+        assert_eq!(reached(&[252, 240, 240, 240]), 240, "one has gone on");
+        assert_eq!(reached(&[3, 240, 240, 240]), 240, "one has failed early");
+        assert_eq!(reached(&[100, 101, 103, 110, 104]), 100, "they run");
+        assert_eq!(reached(&[1000, 1000, 10, 10, 0]), 1000, "some haven't begun yet");
+        assert_eq!((reached(&[7]), reached(&[0]), reached(&[])), (7, 0, 0));
     }
 }

@@ -6,6 +6,7 @@ mod recording;
 mod ring;
 
 pub use packing::Packing;
+pub(super) use recording::ENTRY;
 pub use recording::{Recording, TENSORS};
 pub use ring::{Ring, Step};
 

@@ -31,7 +31,8 @@ use crate::{Hash, atomic};
 /// The tensors' names.
 pub const TENSORS: [&str; 5] = ["poses", "sensors", "actions", "contacts", "terms"];
 
-const ENTRY: &str = "itarl";
+/// The one entry of the metadata.
+pub(crate) const ENTRY: &str = "itarl";
 const VERSION: u64 = 2;
 /// With poses in 16 bits a number.
 const PACKED: u64 = 3;

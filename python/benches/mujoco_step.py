@@ -1,7 +1,7 @@
 """What a physics step costs in MuJoCo, beside ours: the robot of a model file, built by MuJoCo's API.
 
     make bench-mujoco                                # installs PyPI's mujoco, and runs
-    python mj_step.py MODEL.toml path/to/itarl
+    python mujoco_step.py MODEL.toml path/to/itarl
 
 Both simulators step the same bodies, joints, ranges and ground at 100 Hz, with a new random command
 every 10 steps: MuJoCo one robot, with its own solver as it comes (Newton, which stops once it has
@@ -20,30 +20,11 @@ import tomllib
 import mujoco
 import numpy as np
 
+from halves import parts
+
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 STEPS = 10  # physics steps in a control step
 TURNS = 5
-
-
-def image(key, value, names):
-    """A part of the left half as the right half has it: reflected at x = 0."""
-    if isinstance(value, dict):
-        return {k: image(k, v, names) for k, v in value.items()}
-    if isinstance(value, str):
-        return value.replace(*names) if key in ("name", "parent", "child") else value
-    if key in ("position_m", "anchor_m", "from_m", "to_m"):
-        return [-value[0], *value[1:]]
-    return value
-
-
-def parts(model, kind):
-    """Bodies or joints; images are marked, since their axes are reflected."""
-    mirror = model["mirror"]
-    names = (mirror["from"], mirror["to"])
-    for part in model[kind]:
-        yield part, False
-        if names[0] in part["name"]:
-            yield {k: image(k, v, names) for k, v in part.items()}, True
 
 
 def turned(vector, degrees):
