@@ -2,7 +2,7 @@
 
 PACKAGES := g++ pkg-config libbullet-dev libclang-dev
 
-# Tests open reports in a browser, which has to have a font.
+# What opens reports, which has to have a font.
 BROWSER := chromium fonts-dejavu-core
 
 # What the viewer is bundled from: https://threejs.org, and what bundles it.
@@ -13,13 +13,15 @@ ESBUILD := esbuild@0.28.2
 ASAN_SEQUENCES ?= 5000
 VALGRIND_SEQUENCES ?= 1500
 
-.PHONY: help demo test docs man crash-test import-oracles workers-test cluster-test examples-test dist dist-test deb \
-  lockstep-test verify-lockstep lint bench bench-mujoco bench-pybullet python-test notebook tensorboard-test \
-  asan valgrind contact-sheet three setup
+.PHONY: help demo test browser-test contributing-test docs man crash-test import-oracles workers-test \
+  cluster-test examples-test dist dist-test deb lockstep-test verify-lockstep lint bench bench-mujoco \
+  bench-pybullet python-test notebook tensorboard-test asan valgrind contact-sheet three setup
 
 help:
 	@echo "make demo      train Svenja for some minutes, and show what came out"
-	@echo "make test      all tests; those of the bindings with Bullet in double precision, too"
+	@echo "make test      the tests; those of the bindings with Bullet in double precision, too"
+	@echo "make browser-test  reports and replays as a browser shows them"
+	@echo "make contributing-test  what CONTRIBUTING.md adds, built and tested in a copy"
 	@echo "make docs      the tables of settings in docs/, from the code that reads them"
 	@echo "make crash-test  training killed at 200 random moments"
 	@echo "make workers-test  64 workers at the same moment, 100 times; 200 killed; 10,000 cells"
@@ -54,13 +56,20 @@ demo: setup
 	target/release/itarl report runs/quick
 	@echo "the report: open $(CURDIR)/runs/quick/report.html in a browser"
 
-test: PACKAGES += $(BROWSER)
 test: setup
 	cargo test --workspace
 	cargo test -p bullet --features float64
 	LOCKSTEP_STEPS=60 cargo test -p svenja --features float64 --test lockstep --test spawn
 	cargo test -p svenja --no-default-features
 	cargo test --release -p crbm -p gpomdp -p infotheory
+
+browser-test: PACKAGES += $(BROWSER)
+browser-test: setup
+	cargo test -p runner --test report
+
+# What CONTRIBUTING.md adds is built in a copy of the repository.
+contributing-test: setup
+	cargo test -p runner --test contributions
 
 # Without WRITE_DOCS this test says whether the tables are those of the code.
 docs: setup
