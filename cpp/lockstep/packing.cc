@@ -253,7 +253,8 @@ Sweep Packing::sweep(int iterations) {
   for (int lane = 0; lane < width_; ++lane) {
     floors_[std::size_t(lane)] = std::ldexp(largest_k_[std::size_t(lane)], exponent);
   }
-  return {rows_.data(), rows_.data() + rows_.size(), values_, iterations, floors_.data(), 0};
+  return {rows_.data(), rows_.data() + rows_.size(), values_, iterations, floors_.data(), 0,
+          &alone_};
 }
 
 std::uint32_t Packing::not_finite(const SweepChoice& choice) {

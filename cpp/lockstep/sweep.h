@@ -13,6 +13,8 @@ namespace itarl::lockstep {
 // between with other rows.
 constexpr bool sweeps_runs(int lanes) { return lanes * int(sizeof(Scalar)) >= 32; }
 
+class Alone;
+
 struct Sweep {
   const Row* begin;
   const Row* end;
@@ -24,6 +26,7 @@ struct Sweep {
   // Set: bit i if lane i had an iteration whose deltas were neither all 0, after which nothing
   // changes any more, nor surely above the floor. Bullet may have stopped there.
   std::uint32_t maybe_converged;
+  Alone* alone;  // for a world that is swept in a form of its own
 };
 
 using SweepFunction = void (*)(Sweep&);

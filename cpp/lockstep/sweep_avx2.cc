@@ -3,6 +3,9 @@
 #include "lockstep/joint_rows.inc"
 #include "lockstep/gyroscopic.inc"
 #include "lockstep/sweep.inc"
+#ifndef ITARL_FLOAT64
+#include "lockstep/alone.inc"
+#endif
 
 namespace itarl::lockstep {
 
@@ -14,5 +17,10 @@ extern const SweepChoice kChoiceAvx2;
 const SweepChoice kChoiceAvx2{Widest::kWidth, avx2::sweep<Widest>, avx2::make_rows<Widest>,
                               avx2::report<Widest>, avx2::move<Widest>,
                               avx2::gyrate<Widest>};
+
+#ifndef ITARL_FLOAT64
+extern const AloneFunction kAloneAvx2;
+const AloneFunction kAloneAvx2 = avx2::sweep_alone;
+#endif
 
 }  // namespace itarl::lockstep

@@ -3,11 +3,19 @@
 #include "lockstep/joint_rows.inc"
 #include "lockstep/gyroscopic.inc"
 #include "lockstep/sweep.inc"
+#if defined(__SSE2__) && !defined(ITARL_FLOAT64)
+#define ITARL_ALONE
+#include "lockstep/alone.h"
+#include "lockstep/alone.inc"
+#endif
 
 namespace itarl::lockstep {
 
 #ifdef __x86_64__
 extern const SweepChoice kChoiceAvx2, kChoiceAvx512;
+#endif
+#ifdef ITARL_ALONE
+extern const AloneFunction kAloneAvx2;
 #endif
 
 namespace {
@@ -20,6 +28,20 @@ constexpr SweepChoice kChoicePlain{W, plain::sweep<plain::Lanes<Scalar, W>>,
                                    plain::report<plain::Lanes<Scalar, W>>,
                                    plain::move<plain::Lanes<Scalar, W>>,
                                    plain::gyrate<plain::Lanes<Scalar, W>>};
+
+SweepChoice choose_alone(Instructions instructions) {
+  SweepChoice choice = kChoicePlain<1>;
+#ifdef ITARL_ALONE
+  if (instructions == Instructions::Plain) {
+    choice.run = [](Sweep& task) { task.alone->sweep(task, plain::sweep_alone); };
+  } else {
+    choice.run = [](Sweep& task) { task.alone->sweep(task, kAloneAvx2); };
+  }
+#else
+  (void)instructions;
+#endif
+  return choice;
+}
 
 }  // namespace
 
@@ -54,7 +76,7 @@ bool is_supported(Instructions instructions) {
 }
 
 SweepChoice choose_sweep(Instructions instructions, int worlds) {
-  if (worlds <= 1) return kChoicePlain<1>;
+  if (worlds <= 1) return choose_alone(instructions);
 #ifdef __SSE2__
   if (worlds <= kWidest / 4 || instructions == Instructions::Plain) {
     return kChoicePlain<kWidest / 4>;

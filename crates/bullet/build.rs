@@ -3,7 +3,7 @@
 
 use std::{env, error::Error, path::Path, path::PathBuf};
 
-const SOURCES: [&str; 19] = [
+const SOURCES: [&str; 20] = [
     "world.cc",
     "shapes.cc",
     "bodies.cc",
@@ -22,6 +22,7 @@ const SOURCES: [&str; 19] = [
     "lockstep/layout.cc",
     "lockstep/world_rows.cc",
     "lockstep/packing.cc",
+    "lockstep/alone.cc",
     "lockstep/lockstep.cc",
 ];
 /// Without Bullet's headers, each with its compiler flags; the first holds the choice.
