@@ -1,7 +1,6 @@
 #include "lockstep/alone.h"
 
 #include <algorithm>
-#include <new>
 
 namespace itarl::lockstep {
 
@@ -9,64 +8,76 @@ namespace {
 
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-void copy3(Scalar* to, const Scalar* from) { std::copy(from, from + 3, to); }
+void put3(Scalar* to, const Scalar* from) {
+  to[0] = from[0];
+  to[1] = from[1];
+  to[2] = from[2];
+  to[3] = 0;
+}
 
-void scale3(Scalar* to, const Scalar* from, Scalar by) {
-  std::transform(from, from + 3, to, [by](Scalar x) { return x * by; });
+void put3(Scalar* to, const Scalar* from, Scalar times) {
+  to[0] = from[0] * times;
+  to[1] = from[1] * times;
+  to[2] = from[2] * times;
+  to[3] = 0;
 }
 
 // A motion's parts.
 Scalar* angular(Scalar* motion) { return motion; }
 Scalar* linear(Scalar* motion) { return motion + kMotion / 2; }
 
-TurnNumbers turn_numbers(const Scalar* j, Scalar target) {
-  TurnNumbers numbers{};
-  copy3(numbers.r, j);
-  copy3(numbers.change_a, j + 3);
-  copy3(numbers.change_b, j + 6);
-  numbers.k[0] = numbers.k[1] = j[9];
-  numbers.target = target;
-  return numbers;
-}
-
-PairNumbers pair_numbers(const Row& row, const Scalar* values) {
-  const Scalar* j = values + row.jacobian;
-  const Scalar* target = values + row.target;
-  const bool full = is_full(row.kind);
-  PairNumbers numbers{};
-  copy3(linear(numbers.a), j);
-  copy3(angular(numbers.a), j + 3);
-  scale3(linear(numbers.b), full ? j : j + 6, full ? -1 : 1);
-  j += full ? 6 : 9;
-  copy3(angular(numbers.b), j);
-  copy3(angular(numbers.change_a), j + 3);
-  copy3(angular(numbers.change_b), j + 6);
-  scale3(linear(numbers.change_a), linear(numbers.a), values[row.a + kInverseMass]);
-  scale3(linear(numbers.change_b), linear(numbers.b), values[row.b + kInverseMass]);
-  numbers.k[0] = numbers.k[1] = j[9];
-  numbers.cfm = full ? 0 : j[10];
-  numbers.target = target[0];
-  if (is_friction(row.kind)) numbers.coefficient = target[kCoefficient];
-  if (target_block(row.kind) > kUpper) {
-    numbers.lower = target[kLower];
-    numbers.upper = target[kUpper];
-  }
-  return numbers;
-}
-
-SingleNumbers single_numbers(const Row& row, const Scalar* values) {
+void write_turn(const Row& row, const Scalar* values, TurnNumbers& numbers) {
   const Scalar* const j = values + row.jacobian;
+  put3(numbers.r, j);
+  put3(numbers.change_a, j + 3);
+  put3(numbers.change_b, j + 6);
+  numbers.k[0] = numbers.k[1] = j[9];
+  numbers.target = values[row.target];
+  numbers.unused = 0;
+  if (row.kind == Kind::AngularFree) return;
+  auto* const limits = reinterpret_cast<LimitNumbers*>(&numbers + 1);
+  for (std::uint32_t i = 0; i < row.count; ++i) {
+    const Scalar* const target = values + row.target + i * target_block(row.kind);
+    limits[i] = {target[0], target[kLower], target[kUpper], 0};
+  }
+}
+
+// n1 r1 n2 r2 eA eB k cfm, or n1 r1 r2 eA eB k.
+void write_pair(const Row& row, const Scalar* values, PairNumbers& numbers) {
+  const bool full = is_full(row.kind);
+  const Scalar* const n1 = values + row.jacobian;
+  const Scalar* const n2 = full ? n1 : n1 + 6;
+  const Scalar* const rest = full ? n1 + 6 : n1 + 9;
+  put3(linear(numbers.a), n1);
+  put3(angular(numbers.a), n1 + 3);
+  put3(linear(numbers.b), n2, full ? -1 : 1);
+  put3(angular(numbers.b), rest);
+  put3(linear(numbers.change_a), linear(numbers.a), values[row.a + kInverseMass]);
+  put3(angular(numbers.change_a), rest + 3);
+  put3(linear(numbers.change_b), linear(numbers.b), values[row.b + kInverseMass]);
+  put3(angular(numbers.change_b), rest + 6);
+  numbers.k[0] = numbers.k[1] = rest[9];
+  numbers.cfm = full ? 0 : rest[10];
   const Scalar* const target = values + row.target;
-  SingleNumbers numbers{};
-  copy3(linear(numbers.a), j);
-  copy3(angular(numbers.a), j + 3);
-  scale3(linear(numbers.change), j, values[row.a + kInverseMass]);
-  copy3(angular(numbers.change), j + 6);
-  numbers.k = j[9];
-  numbers.cfm = j[10];
   numbers.target = target[0];
-  if (is_friction(row.kind)) numbers.coefficient = target[kCoefficient];
-  return numbers;
+  numbers.coefficient = is_friction(row.kind) ? target[kCoefficient] : 0;
+  const bool limited = target_block(row.kind) > kUpper;
+  numbers.lower = limited ? target[kLower] : 0;
+  numbers.upper = limited ? target[kUpper] : 0;
+}
+
+// n r e k cfm.
+void write_single(const Row& row, const Scalar* values, SingleNumbers& numbers) {
+  const Scalar* const n = values + row.jacobian;
+  put3(linear(numbers.a), n);
+  put3(angular(numbers.a), n + 3);
+  put3(linear(numbers.change), n, values[row.a + kInverseMass]);
+  put3(angular(numbers.change), n + 6);
+  numbers.k = n[9];
+  numbers.cfm = n[10];
+  const Scalar* const target = values + row.target;
+  numbers.target = target[0];
+  numbers.coefficient = is_friction(row.kind) ? target[kCoefficient] : 0;
 }
 
 // What a row's numbers take, in motions, so that all have a motion's alignment.
@@ -85,26 +96,15 @@ std::size_t motions_of(const Row& row) {
 }
 
 void write_numbers(const Row& row, const Scalar* values, Scalar* to) {
-  const Scalar* const target = values + row.target;
   switch (row.kind) {
     case Kind::AngularFree:
-      new (to) TurnNumbers(turn_numbers(values + row.jacobian, target[0]));
-      break;
-    case Kind::Angular: {
-      auto* const numbers = new (to) TurnNumbers(turn_numbers(values + row.jacobian, 0));
-      for (std::uint32_t i = 0; i < row.count; ++i) {
-        const Scalar* const own = target + i * target_block(row.kind);
-        new (reinterpret_cast<LimitNumbers*>(numbers + 1) + i)
-            LimitNumbers{own[0], own[kLower], own[kUpper], 0};
-      }
-      break;
-    }
+    case Kind::Angular:
+      return write_turn(row, values, *reinterpret_cast<TurnNumbers*>(to));
     case Kind::Contact:
     case Kind::Friction:
-      new (to) SingleNumbers(single_numbers(row, values));
-      break;
+      return write_single(row, values, *reinterpret_cast<SingleNumbers*>(to));
     default:
-      new (to) PairNumbers(pair_numbers(row, values));
+      return write_pair(row, values, *reinterpret_cast<PairNumbers*>(to));
   }
 }
 
@@ -113,50 +113,44 @@ void write_numbers(const Row& row, const Scalar* values, Scalar* to) {
 void Alone::sweep(Sweep& task, AloneFunction function) {
   task.maybe_converged = 0;
   if (task.begin == task.end) return;
-  read_motions(task);
-  hub_ = find_hub(task);
+  find_bodies(task);
+  for (const std::uint32_t body : bodies_) {
+    put3(linear(motion(body)), task.values + body);
+    put3(angular(motion(body)), task.values + body + 3);
+  }
   make_rows(task);
   AloneTask alone{rows_.data(), rows_.data() + rows_.size(), task.iterations,
                   *task.residual_floor, false};
   function(alone);
   task.maybe_converged = alone.maybe_converged ? 1 : 0;
-  write_motions(task);
-}
-
-// From the bodies' blocks; of what never moves, too.
-void Alone::read_motions(const Sweep& task) {
-  std::uint32_t end = 0;
-  for (const Row* row = task.begin; row != task.end; ++row) {
-    end = std::max({end, row->a + kBodyBlock, row->b + kBodyBlock});
-  }
-  motions_.make_room(end);
-  counts_.assign(end / kBodyBlock, 0);
-  for (const Row* row = task.begin; row != task.end; ++row) {
-    for (const std::uint32_t body : {row->a, row->b}) {
-      const Scalar* const block = task.values + body;
-      std::fill_n(motion(body), kMotion, Scalar(0));
-      copy3(linear(motion(body)), block);
-      copy3(angular(motion(body)), block + 3);
-    }
+  for (const std::uint32_t body : bodies_) {
+    std::copy_n(linear(motion(body)), 3, task.values + body);
+    std::copy_n(angular(motion(body)), 3, task.values + body + 3);
   }
 }
 
-void Alone::write_motions(Sweep& task) const {
+// All that rows are about, what never moves with them; and the hub.
+void Alone::find_bodies(const Sweep& task) {
+  bodies_.clear();
+  rows_of_.assign(rows_of_.size(), kNone);
+  hub_ = task.begin->a;
   for (const Row* row = task.begin; row != task.end; ++row) {
-    for (const std::uint32_t body : {row->a, row->b}) {
-      Scalar* const block = task.values + body;
-      copy3(block, linear(motion(body)));
-      copy3(block + 3, angular(motion(body)));
-    }
+    ++rows_of(row->a);
+    rows_of(row->b);
+    if (rows_of(row->a) > rows_of(hub_)) hub_ = row->a;
   }
+  motions_.make_room(rows_of_.size() * kMotion);
 }
 
-std::uint32_t Alone::find_hub(const Sweep& task) {
-  for (const Row* row = task.begin; row != task.end; ++row) {
-    ++counts_[row->a / kBodyBlock];
+// How many rows have it as their body a, so far.
+std::uint32_t& Alone::rows_of(std::uint32_t body) {
+  const std::size_t index = body / kBodyBlock;
+  if (index >= rows_of_.size()) rows_of_.resize(index + 1, kNone);
+  if (rows_of_[index] == kNone) {
+    rows_of_[index] = 0;
+    bodies_.push_back(body);
   }
-  const auto most = std::max_element(counts_.begin(), counts_.end());
-  return std::uint32_t(most - counts_.begin()) * kBodyBlock;
+  return rows_of_[index];
 }
 
 void Alone::make_rows(const Sweep& task) {

@@ -16,16 +16,16 @@ class Alone {
   void sweep(Sweep& task, AloneFunction function);
 
  private:
-  void read_motions(const Sweep& task);
-  void write_motions(Sweep& task) const;
-  std::uint32_t find_hub(const Sweep& task);
+  void find_bodies(const Sweep& task);
+  std::uint32_t& rows_of(std::uint32_t body);
   void make_rows(const Sweep& task);
   void place(const Row& row, AloneRow& out);
   Scalar* motion(std::uint32_t body) const { return motions_.begin() + body; }
 
+  // Bodies go by their places in the sweep, and their motions have the same.
+  std::vector<std::uint32_t> bodies_, rows_of_;
   std::vector<AloneRow> rows_;
-  Vectors motions_, numbers_;          // motions lie at their bodies' places
-  std::vector<std::uint32_t> counts_;  // of rows, by body
+  Vectors motions_, numbers_;
   std::uint32_t hub_ = 0;
   // While rows are made: whether the hub is in its register, and who is its partner.
   bool has_hub_ = false;
