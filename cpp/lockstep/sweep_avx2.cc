@@ -3,7 +3,7 @@
 #include "lockstep/joint_rows.inc"
 #include "lockstep/gyroscopic.inc"
 #include "lockstep/sweep.inc"
-#ifndef ITARL_FLOAT64
+#ifdef ITARL_ALONE
 #include "lockstep/alone.inc"
 #endif
 
@@ -18,7 +18,7 @@ const SweepChoice kChoiceAvx2{Widest::kWidth, avx2::sweep<Widest>, avx2::make_ro
                               avx2::report<Widest>, avx2::move<Widest>,
                               avx2::gyrate<Widest>};
 
-#ifndef ITARL_FLOAT64
+#ifdef ITARL_ALONE
 extern const AloneFunction kAloneAvx2;
 const AloneFunction kAloneAvx2 = avx2::sweep_alone;
 #endif

@@ -3,8 +3,7 @@
 #include "lockstep/joint_rows.inc"
 #include "lockstep/gyroscopic.inc"
 #include "lockstep/sweep.inc"
-#if defined(__SSE2__) && !defined(ITARL_FLOAT64)
-#define ITARL_ALONE
+#ifdef ITARL_ALONE
 #include "lockstep/alone.h"
 #include "lockstep/alone.inc"
 #endif
