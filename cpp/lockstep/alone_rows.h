@@ -42,15 +42,16 @@ struct alignas(8 * sizeof(Scalar)) SingleNumbers {
 // kept in registers besides memory, so that the chain doesn't wait for that, too.
 struct AloneRow {
   Kind kind;
-  std::uint8_t count;  // 1, or how many rows a run has
+  std::uint8_t count;     // 1, or how many rows a run has
   bool in_chain;          // its body a is the hub
-  bool loads_a, loads_b;  // in the chain: it isn't in its register, or changed since outside of it
+  bool loads_a, loads_b;  // in the chain: it isn't in its register, or was changed outside since
   Scalar *a, *b;          // motions, never the same
-  Scalar* applied;   // of the first, those of a run follow each other
-  const Scalar* contact;
-  const void* numbers;  // by kind, as above
+  Scalar* applied;        // of the first; those of a run follow each other
+  const Scalar* contact;  // the impulse of a friction row's contact
+  const void* numbers;    // by kind, as above
 };
 
+// Has one row at least.
 struct AloneTask {
   const AloneRow* begin;
   const AloneRow* end;

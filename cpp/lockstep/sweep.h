@@ -17,11 +17,11 @@ constexpr bool sweeps_runs(int lanes) { return lanes * int(sizeof(Scalar)) >= 32
 #if defined(__SSE2__) && !defined(ITARL_FLOAT64)
 #define ITARL_ALONE
 #endif
-constexpr bool sweeps_alone(int lanes) {
+constexpr bool sweeps_alone([[maybe_unused]] int lanes) {
 #ifdef ITARL_ALONE
   return lanes == 1;
 #else
-  return lanes < 1;
+  return false;
 #endif
 }
 class Alone;

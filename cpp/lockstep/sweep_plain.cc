@@ -28,7 +28,7 @@ constexpr SweepChoice kChoicePlain{W, plain::sweep<plain::Lanes<Scalar, W>>,
                                    plain::move<plain::Lanes<Scalar, W>>,
                                    plain::gyrate<plain::Lanes<Scalar, W>>};
 
-SweepChoice choose_alone(Instructions instructions) {
+SweepChoice choose_alone([[maybe_unused]] Instructions instructions) {
   SweepChoice choice = kChoicePlain<1>;
 #ifdef ITARL_ALONE
   if (instructions == Instructions::Plain) {
@@ -36,8 +36,6 @@ SweepChoice choose_alone(Instructions instructions) {
   } else {
     choice.run = [](Sweep& task) { task.alone->sweep(task, kAloneAvx2); };
   }
-#else
-  (void)instructions;
 #endif
   return choice;
 }
