@@ -202,7 +202,7 @@ void Cohort::begin() {
   choice_.make_contact_rows(contact_task_);
   set_residual_floors(largest_k_, width_, floors_);
   sweep_ = {rows_.data(), rows_.data() + rows_.size(), values_.begin(),
-            states_[0]->world.getSolverInfo().m_numIterations, floors_.data(), 0};
+            states_[0]->world.getSolverInfo().m_numIterations, floors_.data(), 0, &alone_};
 }
 
 // For as many rows of contacts as the worlds have now.

@@ -11,6 +11,7 @@
 #include <memory>
 #include <vector>
 
+#include "lockstep/alone.h"
 #include "lockstep/gatherer.h"
 #include "lockstep/layout.h"
 #include "lockstep/plane_pairs.h"
@@ -83,6 +84,7 @@ class Cohort : public std::enable_shared_from_this<Cohort> {
   ContactTask contact_task_{};
   std::vector<Row> rows_;
   Sweep sweep_{};
+  Alone alone_;
   // Before a step, and after it.
   Vectors bodies_, next_bodies_, points_, next_points_;
   Vectors worlds_, pair_numbers_, values_, angles_;

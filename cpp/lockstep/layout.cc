@@ -83,7 +83,7 @@ void RowLayout::settle() {
     }
   }
   const std::vector<Touch> bodies = touches();
-  order_ = schedule(bodies);
+  order_ = schedule(bodies, sweeps_alone(lanes_));
   place_rows();
   order_rows(bodies);
   settled_ = true;

@@ -250,7 +250,8 @@ void Packing::pack_bodies(const RowLayout& layout) {
 
 Sweep Packing::sweep(int iterations) {
   set_residual_floors(largest_k_, width_, floors_);
-  return {rows_.data(), rows_.data() + rows_.size(), values_, iterations, floors_.data(), 0};
+  return {rows_.data(), rows_.data() + rows_.size(), values_, iterations, floors_.data(), 0,
+          &alone_};
 }
 
 std::uint32_t Packing::not_finite(const SweepChoice& choice) {

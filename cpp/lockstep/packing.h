@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "lockstep/alone.h"
 #include "lockstep/world_rows.h"
 #include "lockstep/layout.h"
 #include "lockstep/gatherer.h"
@@ -53,6 +54,7 @@ class Packing {
   std::vector<Row> rows_;
   Vectors storage_;
   Scalar* values_ = nullptr;
+  Alone alone_;
   Gatherer numbers_;
   std::uint64_t group_ = 0;  // of the lanes, as numbers_ has it
   JointTask* joints_ = nullptr;

@@ -22,8 +22,9 @@ struct Touch {
   std::uint32_t a, b;
 };
 
-// A legal order of `rows`, given in Bullet's order: the indices of rows, first to last.
-std::vector<std::uint32_t> schedule(const std::vector<Touch>& rows);
+// A legal order of `rows`, given in Bullet's order: the indices of rows, first to last. `alone`: for
+// the sweep of one world alone.
+std::vector<std::uint32_t> schedule(const std::vector<Touch>& rows, bool alone);
 
 // Whether every body is touched in Bullet's order. All of `order`'s entries are indices of rows.
 bool is_legal(const std::vector<Touch>& rows, const std::vector<std::uint32_t>& order);

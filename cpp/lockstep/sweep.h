@@ -13,6 +13,19 @@ namespace itarl::lockstep {
 // between with other rows.
 constexpr bool sweeps_runs(int lanes) { return lanes * int(sizeof(Scalar)) >= 32; }
 
+// Whether one world alone has a sweep of its own (alone.h).
+#if defined(__SSE2__) && !defined(ITARL_FLOAT64)
+#define ITARL_ALONE
+#endif
+constexpr bool sweeps_alone([[maybe_unused]] int lanes) {
+#ifdef ITARL_ALONE
+  return lanes == 1;
+#else
+  return false;
+#endif
+}
+class Alone;
+
 struct Sweep {
   const Row* begin;
   const Row* end;
@@ -24,6 +37,7 @@ struct Sweep {
   // Set: bit i if lane i had an iteration whose deltas were neither all 0, after which nothing
   // changes any more, nor surely above the floor. Bullet may have stopped there.
   std::uint32_t maybe_converged;
+  Alone* alone;  // where one world has its form
 };
 
 using SweepFunction = void (*)(Sweep&);

@@ -1,11 +1,18 @@
 // What runs in lanes, for any processor of the target; and the choice of instructions when running.
 #define ITARL_INSTRUCTIONS plain
 #include "lockstep/choice.inc"
+#ifdef ITARL_ALONE
+#include "lockstep/alone.h"
+#include "lockstep/alone.inc"
+#endif
 
 namespace itarl::lockstep {
 
 #ifdef __x86_64__
 extern const SweepChoice kChoiceAvx2, kChoiceAvx512;
+#endif
+#ifdef ITARL_ALONE
+extern const AloneFunction kAloneAvx2;
 #endif
 
 namespace {
@@ -14,6 +21,18 @@ constexpr int kWidest = 64 / sizeof(Scalar);  // lanes of AVX-512; AVX2 has half
 
 template <int W>
 constexpr const SweepChoice& kChoicePlain = plain::kChoice<plain::Lanes<Scalar, W>>;
+
+SweepChoice choose_alone([[maybe_unused]] Instructions instructions) {
+  SweepChoice choice = kChoicePlain<1>;
+#ifdef ITARL_ALONE
+  if (instructions == Instructions::Plain) {
+    choice.run = [](Sweep& task) { task.alone->sweep(task, plain::sweep_alone); };
+  } else {
+    choice.run = [](Sweep& task) { task.alone->sweep(task, kAloneAvx2); };
+  }
+#endif
+  return choice;
+}
 
 }  // namespace
 
@@ -48,7 +67,7 @@ bool is_supported(Instructions instructions) {
 }
 
 SweepChoice choose_sweep(Instructions instructions, int worlds) {
-  if (worlds <= 1) return kChoicePlain<1>;
+  if (worlds <= 1) return choose_alone(instructions);
 #ifdef __SSE2__
   if (worlds <= kWidest / 4 || instructions == Instructions::Plain) {
     return kChoicePlain<kWidest / 4>;

@@ -3,7 +3,7 @@
 
 use std::{env, error::Error, path::Path, path::PathBuf};
 
-const SOURCES: [&str; 21] = [
+const SOURCES: [&str; 22] = [
     "world.cc",
     "shapes.cc",
     "bodies.cc",
@@ -24,6 +24,7 @@ const SOURCES: [&str; 21] = [
     "lockstep/packing.cc",
     "lockstep/plane_pairs.cc",
     "lockstep/cohort.cc",
+    "lockstep/alone.cc",
     "lockstep/lockstep.cc",
 ];
 /// Without Bullet's headers, each with its compiler flags; the first holds the choice.

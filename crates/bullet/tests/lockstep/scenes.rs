@@ -238,5 +238,7 @@ proptest! {
         };
         prop_assume!((0..3).all(survives));
         compare("random", (3, 60), |i| scene.build(i), |i, n, world| scene.act(i, n, world));
+        // One world has a sweep of its own.
+        compare("random, one", (1, 60), |i| scene.build(i), |i, n, world| scene.act(i, n, world));
     }
 }
