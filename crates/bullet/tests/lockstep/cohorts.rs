@@ -121,6 +121,50 @@ fn they_part() {
     }
 }
 
+/// Two balls that don't meet each other, joined by a slider.
+fn slid(linear: AxisSettings, angular: AxisSettings) -> World {
+    let mut world = World::new(&WorldSettings::default()).unwrap();
+    ground(&mut world);
+    let shape = world.add_shape(&Shape::Sphere { radius: 0.1 }).unwrap();
+    let filter = CollisionFilter { group: 64, mask: !64 };
+    let bodies = [0.5, 1.0].map(|z| {
+        let body = Body::dynamic(shape, 1.0, Isometry3::translation(0.0, 0.0, z));
+        world.add_body(&Body { filter, ..body }).unwrap()
+    });
+    let kind = JointKind::Slider { linear, angular, held: Stop::BULLET };
+    join(&mut world, kind, (bodies[0], bodies[1]), 0.2);
+    world
+}
+
+/// A motor tears one apart without leaving lanes: it's told so, as it is alone, and the others go on.
+#[test]
+fn one_blows_up() {
+    let motor = Some(Motor { target_velocity: 0.0, max_force: 1.0 });
+    let build = |_| slid(AxisSettings { motor, ..AxisSettings::free() }, AxisSettings::locked());
+    let mut alone: Vec<World> = (0..4).map(build).collect();
+    let mut together: Vec<World> = (0..4).map(build).collect();
+    let mut lockstep = Lockstep::new().unwrap();
+    let mut torn = None;
+    for n in 0..60 {
+        if n == 30 {
+            let axis = Axis::LinearX;
+            let joint = JointId { slot: 0 };
+            let command = MotorCommand { joint, axis, target_velocity: 1e10, max_force: 1e17 };
+            alone[2].set_motors(&[command]).unwrap();
+            together[2].set_motors(&[command]).unwrap();
+        }
+        let expected: Vec<_> = alone.iter_mut().map(World::step).collect();
+        let mut results = Vec::new();
+        lockstep.step(&mut together.iter_mut().collect::<Vec<_>>(), &mut results).unwrap();
+        assert_eq!(format!("{results:?}"), format!("{expected:?}"), "step {n}");
+        torn = torn.or_else(|| results[2].clone().err());
+    }
+    assert!(matches!(torn, Some(Error::BlewUp { .. })), "{torn:?}");
+    for (a, b) in alone.iter().zip(&together) {
+        assert!(Readings::of(a).bits() == Readings::of(b).bits());
+    }
+}
+
 /// What is read of a world in lanes is what it is; motors are told what to do there, too.
 #[test]
 fn they_are_read_and_driven() {
@@ -128,18 +172,9 @@ fn they_are_read_and_driven() {
         let motor = Some(Motor { target_velocity: 0.0, max_force: 1.0 });
         let angular = AxisSettings { motor, ..AxisSettings::limited(-0.3, 0.3) };
         let linear = AxisSettings::locked();
-        let mut world = World::new(&WorldSettings::default()).unwrap();
-        ground(&mut world);
-        let shape = world.add_shape(&Shape::Sphere { radius: 0.1 }).unwrap();
-        let filter = CollisionFilter { group: 64, mask: !64 };
-        let bodies = [0.5, 1.0].map(|z| {
-            let body = Body::dynamic(shape, 1.0, Isometry3::translation(0.0, 0.0, z));
-            world.add_body(&Body { filter, ..body }).unwrap()
-        });
-        let kind = JointKind::Slider { linear, angular, held: Stop::BULLET };
-        join(&mut world, kind, (bodies[0], bodies[1]), 0.2);
+        let mut world = slid(linear, angular);
         let spin = Vector3::new(0.0, i as f64, 1.0);
-        world.set_velocity(bodies[0], &Vector3::x(), &spin).unwrap();
+        world.set_velocity(BodyId { slot: 1 }, &Vector3::x(), &spin).unwrap();
         world
     };
     let mut alone: Vec<World> = (0..4).map(build).collect();
