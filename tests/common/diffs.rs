@@ -8,12 +8,12 @@ use std::{
 };
 
 /// The repository.
-pub fn root() -> PathBuf {
+pub(crate) fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap()
 }
 
 /// The diffs of the page, each with the heading that it's under.
-pub fn diffs() -> Vec<(String, String)> {
+pub(crate) fn diffs() -> Vec<(String, String)> {
     let page = fs::read_to_string(root().join("CONTRIBUTING.md")).unwrap();
     let sections = page.split("\n## ").skip(1).filter_map(|section| {
         let (_, rest) = section.split_once("```diff\n")?;
@@ -26,7 +26,7 @@ pub fn diffs() -> Vec<(String, String)> {
 }
 
 /// `git apply` in a folder, which needn't be a repository.
-pub fn apply(folder: &Path, arguments: &[&str], diff: &str, heading: &str) {
+pub(crate) fn apply(folder: &Path, arguments: &[&str], diff: &str, heading: &str) {
     let mut git = Command::new("git")
         .arg("apply")
         .args(arguments)
