@@ -23,11 +23,11 @@ class Gatherer {
   std::uint64_t enter(const std::vector<State*>& worlds, int width);
   // Reads what the rows of a layout's joints need.
   void gather(const RowLayout& layout);
-  // And piece by piece: where rows are, what joints' motors are to do.
+  // The same piece by piece: where rows are, what is a world's, what joints' motors are to do.
   void plan(const RowLayout& layout);
   void gather_worlds();
   void gather_motors();
-  // The same of the joints' bodies, as the worlds' solvers have them.
+  // What they need of the joints' bodies, as the worlds' solvers have them.
   void gather_bodies(const RowLayout& layout, const std::vector<WorldRows*>& lanes);
   // The rows to make in `values`, the sweep's. Valid until the next gather().
   JointTask& task(const RowLayout& layout, Scalar* values, Scalar* largest_k);

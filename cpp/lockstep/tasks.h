@@ -42,7 +42,7 @@ enum WorldNumber : std::uint32_t {
   kDt,        // 1 / fps
   kStiffest,  // 1 / dt / dt / 16
   kTimeStep,
-  kPerSecond,  // 1 / time step, as reports have it
+  kPerSecond,  // 1 / time step, as reports and contacts have it
   kContactCfm,
   kContactErp,
   kRelaxation,

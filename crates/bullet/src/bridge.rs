@@ -287,7 +287,8 @@ pub mod ffi {
     /// Where the time of a [`Lockstep`](crate::Lockstep) went, in s.
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
     pub struct LockstepTimes {
-        /// Bullet's part before its iterations: collisions, islands, rows of contacts.
+        /// Bullet's part before its iterations: collisions, islands, rows of contacts. Of worlds that
+        /// live in lanes all that comes before them.
         pub begin: f64,
         /// From worlds into lanes: rows of joints, and those from Bullet's pools.
         pub pack: f64,
@@ -296,7 +297,8 @@ pub mod ffi {
         /// Back to the worlds: impulses and motion; with the iterations that were left to Bullet's
         /// own loop.
         pub unpack: f64,
-        /// Bullet's part after its iterations, and the check that all is finite.
+        /// Bullet's part after its iterations, and the check that all is finite. Of worlds that live
+        /// in lanes all that comes after them.
         pub end: f64,
     }
 
