@@ -142,7 +142,7 @@ void Cohort::find_places() {
     const std::uint32_t first = layout_->contact_index(pair.body, 0);
     plans_.push_back({pair.shape, pair.up, pair.in_compound, pair.body * kBodyNumbers,
                       layout_->body_place(pair.body), layout_->contact_row(first),
-                      layout_->friction_row(first)});
+                      layout_->friction_row(first), layout_->contacts_apart()});
   }
   joints_.plan(*layout_);
   angle_places_.assign(states_[0]->joints.size(), {});

@@ -88,9 +88,10 @@ class RowLayout {
   }
   // The row of a contact in the layout, and its first row of friction, among rows().
   std::uint32_t contact_row(std::uint32_t contact) const {
-    const auto apart = std::uint32_t(interleaved_ ? 1 + frictions_ : 1);
-    return std::uint32_t(joint_row_count_) + contact * apart;
+    return std::uint32_t(joint_row_count_) + contact * contacts_apart();
   }
+  // From one contact's row to the next one's.
+  std::uint32_t contacts_apart() const { return std::uint32_t(interleaved_ ? 1 + frictions_ : 1); }
   std::uint32_t friction_row(std::uint32_t contact) const {
     if (interleaved_) return contact_row(contact) + 1;
     return contact_row(std::uint32_t(contacts_.size())) + contact * std::uint32_t(frictions_);

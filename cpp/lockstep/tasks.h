@@ -168,6 +168,7 @@ struct PairPlan {
   std::uint32_t block;  // place of its block in the sweep's values
   std::uint32_t contact;  // the first one's row among the layout's
   std::uint32_t friction;  // and its friction row
+  std::uint32_t apart;     // from one contact's row to the next one's, and likewise for friction
 };
 
 // Contacts to find before a sweep, and their rows to make. Of each pair, one after the other:

@@ -6,7 +6,12 @@ use bullet::JointState;
 
 /// Joined bodies of each shape whose contacts lanes find, thrown onto a plane that's tilted.
 fn thrown(i: usize) -> World {
-    let mut world = World::new(&WorldSettings::default()).unwrap();
+    thrown_with(SolverMode::default(), i)
+}
+
+fn thrown_with(solver_mode: SolverMode, i: usize) -> World {
+    let settings = WorldSettings { solver_mode, ..WorldSettings::default() };
+    let mut world = World::new(&settings).unwrap();
     let slope = world.add_shape(&Shape::ground()).unwrap();
     let tilt = UnitQuaternion::from_euler_angles(0.05, -0.04, 0.3);
     let pose = Isometry3::from_parts(Translation3::new(0.0, 0.0, 0.1), tilt);
@@ -58,10 +63,22 @@ fn thrown(i: usize) -> World {
 
 #[test]
 fn nobody_looks() {
+    nobody_looks_with(SolverMode::default(), &[1, 3, 5, 16, 20]);
+}
+
+/// Rows of contacts lie elsewhere: each with its friction behind it.
+#[test]
+fn nobody_looks_at_interleaved_rows() {
+    let mode = SolverMode::default() | SolverMode::INTERLEAVED_FRICTION;
+    nobody_looks_with(mode, &[1, 5]);
+}
+
+fn nobody_looks_with(mode: SolverMode, counts: &[usize]) {
     for instructions in available() {
-        for count in [1, 3, 5, 16, 20] {
-            let mut alone: Vec<World> = (0..count).map(thrown).collect();
-            let mut together: Vec<World> = (0..count).map(thrown).collect();
+        for &count in counts {
+            let make = |i| thrown_with(mode, i);
+            let mut alone: Vec<World> = (0..count).map(make).collect();
+            let mut together: Vec<World> = (0..count).map(make).collect();
             let mut lockstep = Lockstep::with(instructions).unwrap();
             for n in [1, 2, 3, 50, 400] {
                 for _ in 0..n {
@@ -71,7 +88,7 @@ fn nobody_looks() {
                 for (i, world) in alone.iter_mut().enumerate() {
                     assert!(
                         snapshot(world) == snapshot(&mut together[i]),
-                        "{instructions:?}, {count} worlds: another snapshot of world {i}, {n}"
+                        "{mode:?}, {instructions:?}, {count} worlds: another snapshot of world {i}, {n}"
                     );
                 }
             }
