@@ -177,11 +177,22 @@ impl Document {
 
 /// What stands at a path.
 fn find<'a, S: AsRef<str>>(root: &'a Node, path: &[S]) -> Option<&'a Node> {
-    path.iter().try_fold(root, |node, name| match &node.value {
-        Value::Table(entries) => {
-            entries.iter().find(|(key, _)| key.name == name.as_ref()).map(|(_, node)| node)
-        }
-        _ => None,
+    if path.is_empty() {
+        return Some(root);
+    }
+    let Value::Table(entries) = &root.value else { return None };
+    let (index, names) = next(entries, path)?;
+    find(&entries[index].1, &path[names..])
+}
+
+/// The entry that a path goes through, and how many of its names that takes: one, or more where a key
+/// has dots in itself, as `"reward.mix.xi"` in a sweep.
+fn next<S: AsRef<str>>(entries: &[(Key, Node)], path: &[S]) -> Option<(usize, usize)> {
+    let mut name = String::new();
+    path.iter().enumerate().find_map(|(last, part)| {
+        name += if last == 0 { "" } else { "." };
+        name += part.as_ref();
+        Some((entries.iter().position(|(key, _)| key.name == name)?, last + 1))
     })
 }
 
@@ -245,14 +256,13 @@ fn not_toml(error: &toml::de::Error, lines: &Lines, text: &str) -> Problem {
 /// What stands at a path, with tables and an empty one in the end made where nothing does.
 fn slot<'a, S: AsRef<str>>(node: &'a mut Node, path: &[S], place: &Place) -> Option<&'a mut Node> {
     let Some((first, rest)) = path.split_first() else { return Some(node) };
-    let first = first.as_ref();
     let Value::Table(entries) = &mut node.value else { return None };
-    let index = entries.iter().position(|(key, _)| key.name == first).unwrap_or_else(|| {
-        let key = Key { place: place.clone(), name: first.into() };
-        entries.push((key, Node { place: place.clone(), value: Value::Table(Vec::new()) }));
-        entries.len() - 1
-    });
-    slot(&mut entries[index].1, rest, place)
+    if let Some((index, names)) = next(entries, path) {
+        return slot(&mut entries[index].1, &path[names..], place);
+    }
+    let key = Key { place: place.clone(), name: first.as_ref().into() };
+    entries.push((key, Node { place: place.clone(), value: Value::Table(Vec::new()) }));
+    slot(&mut entries.last_mut()?.1, rest, place)
 }
 
 /// Never more than one byte beyond the limit, whatever the file is.

@@ -1,5 +1,5 @@
 //! Values from the command line.
-#![allow(clippy::unwrap_used, missing_docs)]
+#![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
 use config::{Document, Value, number};
 
@@ -39,6 +39,22 @@ fn a_table_is_merged_key_by_key() {
     let empty = document.set("--set", "a.b={ c = {} }").unwrap_err().to_string();
     let expected = "--set a.b={ c = {} }: a.b.c must be a value or a table with keys, got {}";
     assert_eq!(empty, expected);
+}
+
+#[test]
+fn a_path_finds_a_key_that_has_dots_in_itself() {
+    let file = "[sweep]\n'reward.mix.xi' = [0, 1]\n'a.b' = { c = 1 }\nseeds = 2\n";
+    let mut document = Document::parse("f", file).unwrap();
+    for assignment in ["sweep.reward.mix.xi=1", "sweep.a.b.c=2", "sweep.reward.power=3"] {
+        document.set("--set", assignment).unwrap();
+    }
+    let sweep = document.take("sweep").unwrap();
+    let Value::Table(entries) = &sweep.value else { panic!("{sweep:?}") };
+    let keys: Vec<_> = entries.iter().map(|(key, _)| key.name.as_str()).collect();
+    assert_eq!(keys, ["reward.mix.xi", "a.b", "seeds", "reward"]);
+    assert_eq!(entries[0].1.value, Value::Integer(1));
+    let Value::Table(inner) = &entries[1].1.value else { panic!("{sweep:?}") };
+    assert_eq!((inner.len(), &inner[0].1.value), (1, &Value::Integer(2)));
 }
 
 /// Whatever the order, and whether it's the key itself, a table around it or a value in its place.
