@@ -1,10 +1,10 @@
-//! Searches a gait for Svenja: `cargo run --release -p runner --example find_gait -- SEED TRIALS`.
+//! Searches a gait: `cargo run --release -p runner --example find_gait -- MODEL SEED TRIALS [together]`.
 //!
-//! In a gait each joint axis of a left leg is on for a part of the period that begins at some phase;
-//! the right leg opposite does the same half a period later. That's two numbers for each of 12 axes
-//! and the period. The search changes a few of them at a time and keeps what walks at least as
-//! fast, measured along the heading over three periods after one to get going. It ends with the
-//! gait file.
+//! In a gait each axis on the left is on for a part of the period that begins at some phase; the axis
+//! of the same name on the right does the same half a period later, or at the same time if
+//! `together` is said, as in a bound. That's two numbers for each of these axes, and the period. The
+//! search changes a few of them at a time and keeps what walks at least as fast, measured along the
+//! heading over three periods after one to get going. It ends with the gait file.
 #![allow(clippy::unwrap_used)]
 
 use std::{env, path::Path};
@@ -16,21 +16,49 @@ use rand_chacha::{
 };
 use svenja::{Morphology, Readings, Robot, add_ground};
 
-const AXES: usize = 12;
 const LONGEST: u32 = 24;
+
+/// What a pattern is for: of each actuator which of the pattern's axes it follows, and whether that
+/// is the other side's.
+struct Plan {
+    follows: Vec<(usize, bool)>,
+    n_axes: usize,
+    /// How many actuators a group of columns has.
+    group: usize,
+    together: bool,
+}
+
+impl Plan {
+    fn new(morphology: &Morphology, together: bool) -> Self {
+        let names: Vec<_> =
+            morphology.actuators().iter().map(|id| morphology.axis_name(*id)).collect();
+        let mut leads = Vec::new();
+        let mut follows = Vec::new();
+        for name in &names {
+            let other = name.replace("right", "left");
+            let lead = leads.iter().position(|lead| *lead == other);
+            follows.push((lead.unwrap_or(leads.len()), lead.is_some()));
+            if lead.is_none() {
+                leads.push(name.clone());
+            }
+        }
+        let group = names.len() / morphology.groups().len().max(1);
+        Self { follows, n_axes: leads.len(), group: group.max(1), together }
+    }
+}
 
 #[derive(Clone)]
 struct Pattern {
     /// In control steps, even.
     period: u32,
-    /// `[AXES]`: when an axis goes on, and for how long, in control steps.
+    /// `[n_axes]`: when an axis goes on, and for how long, in control steps.
     on: Vec<(u32, u32)>,
 }
 
 impl Pattern {
-    fn random(rng: &mut ChaCha8Rng) -> Self {
+    fn random(n_axes: usize, rng: &mut ChaCha8Rng) -> Self {
         let period = 2 * (4 + rng.next_u32() % (LONGEST / 2 - 3));
-        let on = (0..AXES).map(|_| (rng.next_u32() % period, rng.next_u32() % (period + 1)));
+        let on = (0..n_axes).map(|_| (rng.next_u32() % period, rng.next_u32() % (period + 1)));
         Self { period, on: on.collect() }
     }
 
@@ -41,25 +69,24 @@ impl Pattern {
             new.period = if longer { LONGEST.min(new.period + 2) } else { 8.max(new.period - 2) };
         }
         for _ in 0..=rng.next_u32() % 3 {
-            let axis = rng.next_u32() as usize % AXES;
+            let axis = rng.next_u32() as usize % self.on.len();
             new.on[axis] = (rng.next_u32() % new.period, rng.next_u32() % (new.period + 1));
         }
         new
     }
 
-    fn bit(&self, step: u32, leg: usize, axis: usize) -> bool {
-        let (start, length) = self.on[leg / 2 * 4 + axis];
-        let right = leg as u32 % 2;
-        (step + right * self.period / 2 + self.period - start % self.period) % self.period < length
-    }
-
-    fn row(&self, step: u32) -> Vec<bool> {
-        (0..6).flat_map(|leg| (0..4).map(move |axis| self.bit(step, leg, axis))).collect()
+    fn row(&self, plan: &Plan, step: u32) -> Vec<bool> {
+        let bit = |&(axis, other): &(usize, bool)| {
+            let (start, length) = self.on[axis];
+            let later = if other && !plan.together { self.period / 2 } else { 0 };
+            (step + later + self.period - start % self.period) % self.period < length
+        };
+        plan.follows.iter().map(bit).collect()
     }
 }
 
 /// In m along the heading per control step.
-fn speed(morphology: &Morphology, pattern: &Pattern) -> f64 {
+fn speed(morphology: &Morphology, plan: &Plan, pattern: &Pattern) -> f64 {
     let mut world = World::new(&WorldSettings::default()).unwrap();
     add_ground(&mut world).unwrap();
     let mut robot = Robot::spawn(morphology, &mut world).unwrap();
@@ -70,7 +97,7 @@ fn speed(morphology: &Morphology, pattern: &Pattern) -> f64 {
         robot.sense(&world, &mut readings).unwrap();
         let before = robot.centre_of_gravity_m();
         let targets: Vec<_> =
-            pattern.row(step).iter().map(|&bit| if bit { 0.5 } else { -0.5 }).collect();
+            pattern.row(plan, step).iter().map(|&bit| if bit { 0.5 } else { -0.5 }).collect();
         robot.actuate(&targets).unwrap();
         robot.step(&mut world, 10).unwrap();
         robot.sense(&world, &mut readings).unwrap();
@@ -83,18 +110,23 @@ fn speed(morphology: &Morphology, pattern: &Pattern) -> f64 {
 }
 
 fn main() {
-    let argument = |i, default| env::args().nth(i).map_or(default, |text| text.parse().unwrap());
-    let (seed, trials) = (argument(1, 1), argument(2, 400));
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/svenja.toml");
-    let morphology = Morphology::open(&path).unwrap();
+    let mut arguments = env::args().skip(1);
+    let model = arguments.next().unwrap_or_else(|| "models/svenja.toml".into());
+    let mut number = |default| arguments.next().map_or(default, |text| text.parse().unwrap());
+    let (seed, trials) = (number(1), number(400));
+    let together = arguments.next().is_some_and(|word| word == "together");
+    let morphology = Morphology::open(Path::new(&model)).unwrap();
+    let plan = Plan::new(&morphology, together);
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut best = Pattern::random(&mut rng);
-    let mut fastest = speed(&morphology, &best);
+    let mut best = Pattern::random(plan.n_axes, &mut rng);
+    let mut fastest = speed(&morphology, &plan, &best);
     for trial in 0..trials {
         // A tenth of them at random, to see where to begin.
-        let new =
-            if trial < trials / 10 { Pattern::random(&mut rng) } else { best.changed(&mut rng) };
-        let speed = speed(&morphology, &new);
+        let new = match trial < trials / 10 {
+            true => Pattern::random(plan.n_axes, &mut rng),
+            false => best.changed(&mut rng),
+        };
+        let speed = speed(&morphology, &plan, &new);
         if speed >= fastest {
             (best, fastest) = (new, speed);
             eprintln!("trial {trial}: {fastest:.4} m per control step, period {}", best.period);
@@ -103,9 +135,9 @@ fn main() {
     println!("name = \"seed {seed}, {fastest:.4} m per control step\"\nbits = 1\nsteps = [");
     for step in 0..best.period {
         let digits: Vec<_> =
-            best.row(step).iter().map(|&bit| if bit { "1" } else { "0" }).collect();
-        let legs: Vec<_> = digits.chunks(4).map(<[&str]>::concat).collect();
-        println!("    \"{}\",", legs.join(" "));
+            best.row(&plan, step).iter().map(|&bit| if bit { "1" } else { "0" }).collect();
+        let groups: Vec<_> = digits.chunks(plan.group).map(<[&str]>::concat).collect();
+        println!("    \"{}\",", groups.join(" "));
     }
     println!("]");
 }
