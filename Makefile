@@ -13,13 +13,14 @@ ESBUILD := esbuild@0.28.2
 ASAN_SEQUENCES ?= 5000
 VALGRIND_SEQUENCES ?= 1500
 
-.PHONY: help demo test browser-test contributing-test docs man crash-test import-oracles workers-test \
+.PHONY: help demo test builds-test browser-test contributing-test docs man crash-test import-oracles workers-test \
   cluster-test examples-test dist dist-test deb lockstep-test verify-lockstep lint bench bench-mujoco \
   bench-pybullet python-test notebook tensorboard-test asan valgrind contact-sheet three setup
 
 help:
 	@echo "make demo      train Svenja for some minutes, and show what came out"
-	@echo "make test      the tests; those of the bindings with Bullet in double precision, too"
+	@echo "make test      the tests"
+	@echo "make builds-test  tests of other builds: double precision, without Bullet, optimised"
 	@echo "make browser-test  reports and replays as a browser shows them"
 	@echo "make contributing-test  what CONTRIBUTING.md adds, built and tested in a copy"
 	@echo "make docs      the tables of settings in docs/, from the code that reads them"
@@ -58,6 +59,10 @@ demo: setup
 
 test: setup
 	cargo test --workspace
+
+# What else the crates can be built as: with Bullet in double precision, without Bullet, and optimised,
+# since the compiler's choices mustn't change a bit.
+builds-test: setup
 	cargo test -p bullet --features float64
 	LOCKSTEP_STEPS=60 cargo test -p svenja --features float64 --test lockstep --test spawn
 	cargo test -p svenja --no-default-features
@@ -77,10 +82,10 @@ docs: setup
 
 # Killed at 200 random moments, and the same bytes in the end.
 crash-test: setup
-	CRASHES=200 cargo test --release -p runner --test crash
+	CRASHES=200 cargo test --release -p runner --test program crash::
 
 workers-test: setup
-	STARTS=100 CRASHES=200 CELLS=10000 cargo test --release -p runner --test workers
+	STARTS=100 CRASHES=200 CELLS=10000 cargo test --release -p runner --test program workers::
 
 # munged, slurmctld and two slurmd, all with their files in a temporary folder and on the loopback.
 cluster-test: PACKAGES += slurm-wlm munge

@@ -138,19 +138,6 @@ fn the_figure_of_the_readme_is_of_its_experiment() {
     assert!((updates * 3 / 4..=updates).contains(&last), "the axis of updates ends at {last}");
 }
 
-/// What `make test` tests with Bullet in double precision: the bindings, and a little of the robots.
-#[test]
-fn the_readme_says_what_is_tested_in_double_precision() {
-    let makefile = read("Makefile");
-    let (_, recipe) = makefile.split_once("\ntest: setup\n").unwrap();
-    let recipe = recipe.split("\n\n").next().unwrap();
-    let double = recipe.lines().filter(|line| line.contains("--features float64"));
-    let whole: Vec<_> = double.filter(|line| !line.contains(" --test ")).map(str::trim).collect();
-    assert_eq!(whole, ["cargo test -p bullet --features float64"]);
-    let said = "those of the bindings also with Bullet in double precision";
-    assert!(read("README.md").contains(said));
-}
-
 /// Every file of the repository, as git lists them.
 fn files() -> Vec<String> {
     let list = Command::new("git").arg("ls-files").current_dir(root()).output().unwrap();

@@ -1,8 +1,6 @@
 //! What can be typed, what it prints, and how it ends.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-mod common;
-
 use std::{
     collections::BTreeSet,
     fs, io,
@@ -10,7 +8,7 @@ use std::{
     process::Stdio,
 };
 
-use common::*;
+use crate::common::*;
 use tempfile::TempDir;
 
 const COMMANDS: [&[&str]; 23] = [

@@ -2,15 +2,13 @@
 //! numbers that are worked out again here from the recorded files.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-mod common;
-
 use std::{
     collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
 };
 
-use common::*;
+use crate::common::*;
 use tempfile::TempDir;
 
 /// Runs in one folder, each with other settings.

@@ -1,14 +1,12 @@
 //! Completions: what the program offers to a shell that asks, and what bash makes of it.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-mod common;
-
 use std::{
     path::{Path, PathBuf},
     process::Command,
 };
 
-use common::*;
+use crate::common::*;
 use tempfile::TempDir;
 
 /// What is offered for the last of these words, as a shell hears it: each with what is said of it.

@@ -3,8 +3,6 @@
 //! `CRASHES` is how many kills must hit, 12 by default.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-mod common;
-
 use std::{
     collections::BTreeMap,
     env, fs,
@@ -13,7 +11,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use common::*;
+use crate::common::*;
 use rand_chacha::{
     ChaCha8Rng,
     rand_core::{Rng, SeedableRng},

@@ -3,11 +3,9 @@
 //! extended.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-mod common;
-
 use std::{collections::BTreeMap, fs, path::Path};
 
-use common::*;
+use crate::common::*;
 
 /// What a cell leaves.
 const FILES: [&str; 4] = ["checkpoint", "metrics.csv", "policy.safetensors", "replay.safetensors"];

@@ -1,14 +1,12 @@
 //! Runs that an earlier version left: every command opens them, and they go on with the same bytes.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-mod common;
-
 use std::{
     fs,
     path::{Path, PathBuf},
 };
 
-use common::*;
+use crate::common::*;
 use runs::{CellFolder, Checkpoint, Extent};
 use tempfile::TempDir;
 use xxhash_rust::xxh3::xxh3_64;

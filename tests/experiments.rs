@@ -1,15 +1,15 @@
 //! An experiment's way through the program: from its file to the run folder, and back from there.
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
-mod common;
-
 use std::{
     collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
 };
 
-use common::{CRAWLER, DONE, FAILED, STOPPED, USAGE, assert_same, itarl, root, text, train, tree};
+use crate::common::{
+    CRAWLER, DONE, FAILED, STOPPED, USAGE, assert_same, itarl, root, text, train, tree,
+};
 use tempfile::TempDir;
 
 fn list(file: &Path) -> String {

@@ -1,15 +1,13 @@
 //! `itarl export`: event files that have the numbers of `metrics.csv`, of runs of all kinds.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-mod common;
-
 use std::{
     collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
 };
 
-use common::*;
+use crate::common::*;
 
 const FILE: &str = "events.out.tfevents.itarl";
 

@@ -1,8 +1,6 @@
 //! What fails is said, with its place and its reason, and takes nothing else along.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-mod common;
-
 use std::{
     collections::BTreeMap,
     fs::{self, File},
@@ -11,7 +9,7 @@ use std::{
     thread,
 };
 
-use common::*;
+use crate::common::*;
 use tempfile::TempDir;
 
 /// A run that stands at update 10 of 30, and one of its cells.

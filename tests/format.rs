@@ -1,15 +1,13 @@
 //! A robot with all that a model file can have, from its mesh to its film.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-mod common;
-
 use std::{
     collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
 };
 
-use common::*;
+use crate::common::*;
 use tempfile::TempDir;
 
 /// Four corners of a mesh, and a point within.

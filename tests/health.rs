@@ -1,14 +1,12 @@
 //! `itarl check`: what is wrong with runs that were made to go wrong, and nothing of one that goes well.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-mod common;
-
 use std::{
     fs,
     path::{Path, PathBuf},
 };
 
-use common::*;
+use crate::common::*;
 use serde_json::Value;
 use tempfile::TempDir;
 

@@ -1,14 +1,12 @@
 //! Robots in other formats, from their files to training.
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
-mod common;
-
 use std::{
     fs,
     path::{Path, PathBuf},
 };
 
-use common::{DONE, FAILED, itarl, root, text};
+use crate::common::{CRAWLER, DONE, FAILED, itarl, root, text};
 
 /// All robots by others in the repository.
 fn robots() -> Vec<PathBuf> {
@@ -115,8 +113,7 @@ fn imported_robots_train_in_lanes_with_the_bits_of_bullet() {
         for solver in ["lockstep", "bullet"] {
             let run = at(&format!("{name}-{solver}"));
             let words = ["--set", "learning.updates=3", "--set", "learning.steps_per_update=10"];
-            let base =
-                ["train", common::CRAWLER, "--out", text(&run), "--set", &set, "--solver", solver];
+            let base = ["train", CRAWLER, "--out", text(&run), "--set", &set, "--solver", solver];
             itarl(&[&base[..], &words].concat()).ends(DONE);
             let mut files = Vec::new();
             for seed in fs::read_dir(run.join("cells")).unwrap() {

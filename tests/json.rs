@@ -1,11 +1,9 @@
 //! `--json`: one object a line, and every key of it is in docs/json.md.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-mod common;
-
 use std::{collections::BTreeSet, fs};
 
-use common::*;
+use crate::common::*;
 use serde_json::Value;
 
 /// All keys, but those that are names of states or columns.

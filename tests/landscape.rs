@@ -1,15 +1,13 @@
 //! Landscapes: their points are rollouts, whoever makes them and whatever comes between.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-mod common;
-
 use std::{
     collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
 };
 
-use common::*;
+use crate::common::*;
 use tempfile::TempDir;
 
 /// Four cells that have learned for 30 updates.

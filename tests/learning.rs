@@ -6,11 +6,9 @@
 //! about half of the seeds.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-mod common;
-
 use std::path::Path;
 
-use common::*;
+use crate::common::*;
 use figures::statistics::paired_t;
 
 /// Mean R_Loc of each seed's first and last quarter of updates, in m per control step.

@@ -1,11 +1,9 @@
 //! What there's no memory for is refused with its size, before anything is begun.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-mod common;
-
 use std::{fs, process::Command};
 
-use common::*;
+use crate::common::*;
 
 /// What the program says of an experiment that may take so many MB of address space.
 fn train(settings: &str, megabytes: u64) -> (Option<i32>, String) {

@@ -1,15 +1,13 @@
 //! `itarl plot`: figures and tables of runs that are done, damaged, empty, small and large.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-mod common;
-
 use std::{
     collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
 };
 
-use common::*;
+use crate::common::*;
 use figures::FIGURES;
 use resvg::{tiny_skia::Pixmap, usvg::roxmltree};
 use runner::experiment::Plan;

@@ -2,14 +2,12 @@
 //! has learned.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-mod common;
-
 use std::{
     fs,
     path::{Path, PathBuf},
 };
 
-use common::*;
+use crate::common::*;
 use policy::KindSettings;
 use tempfile::TempDir;
 

@@ -2,14 +2,12 @@
 //! go on from; and `itarl findings`, of both.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-mod common;
-
 use std::{
     fs,
     path::{Path, PathBuf},
 };
 
-use common::*;
+use crate::common::*;
 use tempfile::TempDir;
 
 /// Four cells of 30 updates, done; and where they may be published.

@@ -2,8 +2,6 @@
 //! out.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-mod common;
-
 use std::{
     ffi::OsStr,
     fs::{self, OpenOptions},
@@ -15,7 +13,7 @@ use std::{
     process::{Command, Stdio},
 };
 
-use common::*;
+use crate::common::*;
 use runner::catalogue::Catalogue;
 use runs::{Checkpoint, Header, Run};
 use tempfile::TempDir;

@@ -1,15 +1,13 @@
 //! `itarl replay`: what it writes, where, and what it says when it can't.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-mod common;
-
 use std::{
     fs,
     os::unix::fs::PermissionsExt,
     path::{Path, PathBuf},
 };
 
-use common::*;
+use crate::common::*;
 use tempfile::TempDir;
 
 const MODEL: &str = "tests/models/crawler.toml";

@@ -1,15 +1,13 @@
 //! Every kind of reward trains, goes on and is shown like any other.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-mod common;
-
 use std::{
     collections::BTreeSet,
     fs,
     path::{Path, PathBuf},
 };
 
-use common::*;
+use crate::common::*;
 use reward::{ExtrinsicSettings, intrinsic::IntrinsicSettings};
 
 /// All kinds of both lists, and variants of some, as lines of an experiment.

@@ -2,15 +2,13 @@
 //! changed by hand, wherever the cell is looked at.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-mod common;
-
 use std::{
     collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
 };
 
-use common::*;
+use crate::common::*;
 use tempfile::TempDir;
 
 /// What is changed by hand in the crawler's file, and by the experiment: a servo's speed, and a body's

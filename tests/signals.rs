@@ -1,8 +1,6 @@
 //! Asked to stop by a signal, it stops at its next control step, with all saved.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-mod common;
-
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -11,7 +9,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use common::*;
+use crate::common::*;
 
 /// What a terminal, a shell and a scheduler ask with, and the exit code of an end at once.
 const SIGNALS: [(&str, i32); 4] = [("HUP", 129), ("INT", 130), ("USR1", 138), ("TERM", 143)];

@@ -2,16 +2,14 @@
 //! wherever they're told; by what all measure, where there are several.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-mod common;
-
 use std::{
     collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
 };
 
+use crate::common::*;
 use base64::{Engine, engine::general_purpose::STANDARD};
-use common::*;
 use tempfile::TempDir;
 
 /// Four cells of 12 updates with other settings, done.

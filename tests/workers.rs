@@ -5,8 +5,6 @@
 //! how many cells a large run has.
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
-mod common;
-
 use std::{
     collections::BTreeMap,
     env,
@@ -19,7 +17,7 @@ use std::{
     time::{Duration, Instant, SystemTime},
 };
 
-use common::*;
+use crate::common::*;
 use rand_chacha::{
     ChaCha8Rng,
     rand_core::{Rng, SeedableRng},

@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use bullet::{JointState, Push, World, WorldSettings};
+use bullet::{JointState, Lockstep, Push, World, WorldSettings};
 use nalgebra::{UnitQuaternion, Vector3};
 use rand_pcg::{
     Pcg64,
@@ -113,38 +113,45 @@ fn stands_at_the_neutral_command() {
     assert!(stage.readings.values[..24].iter().all(|value| value.abs() < 0.1));
 }
 
-/// What a simulation with the same figures did: R_Loc of -0.005 and a mean height of 0.98 m. Seeds
-/// differ by 0.0003 and 0.004 m, and by shapes, which were its own, a few centimetres.
+/// Eight of them, which step in lanes, and so for as many steps in a sixth of the time of one. What a
+/// simulation with the same figures did: R_Loc of -0.005 and a mean height of 0.98 m. Seeds differ by
+/// 0.0003 and 0.004 m, and by shapes, which were its own, a few centimetres.
 #[test]
 fn survives_random_commands() {
-    let morphology = morphology();
-    let mut stage = on_ground(&morphology);
-    let mut rng = Pcg64::seed_from_u64(1);
+    const ROBOTS: usize = 8;
+    let (n, morphology) = (1250, morphology());
+    let mut stages: Vec<_> = (0..ROBOTS).map(|_| on_ground(&morphology)).collect();
+    let mut random: Vec<_> = (1..=ROBOTS as u64).map(Pcg64::seed_from_u64).collect();
+    let mut lockstep = Lockstep::new().unwrap();
     let mut targets = vec![0.0; morphology.actuators().len()];
-    for _ in 0..20 {
-        stage.control_step(&targets);
+    for stage in &mut stages {
+        for _ in 0..20 {
+            stage.control_step(&targets);
+        }
     }
     let (mut worst, mut states) = (Worst::default(), Vec::new());
     let (mut heights, mut advance) = (0.0, 0.0);
-    let n = 10_000;
     for step in 0..n {
-        for target in &mut targets {
-            *target = if rng.next_u32() & 1 == 1 { 0.5 } else { -0.5 };
+        for (stage, rng) in stages.iter_mut().zip(&mut random) {
+            targets.fill_with(|| if rng.next_u32() & 1 == 1 { 0.5 } else { -0.5 });
+            stage.robot.actuate(&targets).unwrap();
         }
-        let before = stage.robot.centre_of_gravity_m();
-        stage.robot.actuate(&targets).unwrap();
+        let before: Vec<_> = stages.iter().map(|it| it.robot.centre_of_gravity_m()).collect();
         for _ in 0..10 {
-            stage.robot.step(&mut stage.world, 1).unwrap();
-            worst.look(&morphology, &stage, &mut states);
+            drive_and_step(&mut lockstep, &mut stages);
+            stages.iter().for_each(|stage| worst.look(&morphology, stage, &mut states));
         }
-        stage.sense();
-        let moved = stage.robot.centre_of_gravity_m() - before;
-        advance += moved.xy().dot(&stage.robot.heading().xy()) / f64::from(n);
-        heights += stage.height() / f64::from(n);
-        assert!(stage.readings.values.iter().all(|value| (-1.0..=1.0).contains(value)));
-        assert!(stage.tilt() < 0.5, "step {step}: {}", stage.tilt());
-        assert_eq!(stage.robot.n_penalised_contacts(), 0, "step {step}");
+        for (stage, before) in stages.iter_mut().zip(before) {
+            stage.sense();
+            let moved = stage.robot.centre_of_gravity_m() - before;
+            advance += moved.xy().dot(&stage.robot.heading().xy());
+            heights += stage.height();
+            assert!(stage.readings.values.iter().all(|value| (-1.0..=1.0).contains(value)));
+            assert!(stage.tilt() < 0.5, "step {step}: {}", stage.tilt());
+            assert_eq!(stage.robot.n_penalised_contacts(), 0, "step {step}");
+        }
     }
+    let [heights, advance] = [heights, advance].map(|sum: f64| sum / (n * ROBOTS) as f64);
     println!(
         "height {heights:.4} m, {advance:.5} m a step, anchors within {:.2} mm, hips {:.3} and knees \
          {:.3} degrees beyond",
@@ -159,6 +166,17 @@ fn survives_random_commands() {
     // leave 0.006.
     assert!(worst.hip < 0.1 + 0.1_f64.to_radians(), "{}", worst.hip);
     assert!(worst.knee < 0.5_f64.to_radians(), "{}", worst.knee);
+}
+
+/// A physics step of all, in lanes.
+fn drive_and_step(lockstep: &mut Lockstep, stages: &mut [Stage]) {
+    for Stage { world, robot, .. } in stages.iter_mut() {
+        robot.drive(world).unwrap();
+    }
+    let mut worlds: Vec<_> = stages.iter_mut().map(|stage| &mut stage.world).collect();
+    let mut results = Vec::new();
+    lockstep.step(&mut worlds, &mut results).unwrap();
+    results.into_iter().for_each(Result::unwrap);
 }
 
 /// Seen from outside: by how the child is turned against the parent.
