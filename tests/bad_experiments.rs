@@ -2,7 +2,6 @@
 //!
 //! Lines `# expect: PROBLEM`, one for each line of the message, where the file is called by its
 //! name alone, and `...` stands for the kinds of an open list; lines `# set: key=value` are overrides.
-#![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
 use std::{
     fs,

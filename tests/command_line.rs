@@ -1,5 +1,4 @@
 //! What can be typed, what it prints, and how it ends.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::{
     collections::BTreeSet,

@@ -1,6 +1,5 @@
 //! Several runs side by side: `itarl summary`, `plot`, `report` and `findings` of more than one, with
 //! numbers that are worked out again here from the recorded files.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::{
     collections::BTreeMap,

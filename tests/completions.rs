@@ -1,5 +1,4 @@
 //! Completions: what the program offers to a shell that asks, and what bash makes of it.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::{
     path::{Path, PathBuf},

@@ -1,6 +1,5 @@
 //! CONTRIBUTING.md adds one of each thing, as diffs: they fit the code, and touch one new file, one list and
 //! the docs. (`contributions.rs` applies them.)
-#![allow(clippy::unwrap_used, missing_docs)]
 
 #[path = "common/diffs.rs"]
 mod diffs;

@@ -1,7 +1,6 @@
 //! Killed at any moment, it goes on and ends with the same bytes.
 //!
 //! `CRASHES` is how many kills must hit, 12 by default.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::{
     collections::BTreeMap,

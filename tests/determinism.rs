@@ -1,7 +1,6 @@
 //! The same experiment gives the same bytes: however often it runs, over however many threads and
 //! lanes and by whichever solver, in a sweep or alone, in one go or in many, to its end at once or
 //! extended.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::{collections::BTreeMap, fs, path::Path};
 

@@ -1,5 +1,4 @@
 //! Runs that an earlier version left: every command opens them, and they go on with the same bytes.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::{
     fs,

@@ -1,5 +1,4 @@
 //! An experiment's way through the program: from its file to the run folder, and back from there.
-#![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
 use std::{
     collections::BTreeMap,

@@ -1,5 +1,4 @@
 //! `itarl export`: event files that have the numbers of `metrics.csv`, of runs of all kinds.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::{
     collections::BTreeMap,

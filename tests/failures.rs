@@ -1,5 +1,4 @@
 //! What fails is said, with its place and its reason, and takes nothing else along.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::{
     collections::BTreeMap,

@@ -1,5 +1,4 @@
 //! A robot with all that a model file can have, from its mesh to its film.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::{
     collections::BTreeMap,

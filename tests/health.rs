@@ -1,5 +1,4 @@
 //! `itarl check`: what is wrong with runs that were made to go wrong, and nothing of one that goes well.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::{
     fs,

@@ -1,5 +1,4 @@
 //! Robots in other formats, from their files to training.
-#![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
 use std::{
     fs,

@@ -1,5 +1,4 @@
 //! `--json`: one object a line, and every key of it is in docs/json.md.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::{collections::BTreeSet, fs};
 

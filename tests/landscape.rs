@@ -1,5 +1,4 @@
 //! Landscapes: their points are rollouts, whoever makes them and whatever comes between.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::{
     collections::BTreeMap,

@@ -4,7 +4,6 @@
 //! tests/models/gaits/crawler.toml, 0.0101. With the settings of tests/experiments/learns.toml a
 //! push at times, some 0.0008, is what the paper's optimiser finds; Adam finds the whole cycle with
 //! about half of the seeds.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::path::Path;
 

@@ -1,5 +1,4 @@
 //! What there's no memory for is refused with its size, before anything is begun.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::{fs, process::Command};
 

@@ -1,5 +1,4 @@
 //! `itarl plot`: figures and tables of runs that are done, damaged, empty, small and large.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::{
     collections::BTreeMap,

@@ -1,6 +1,5 @@
 //! Every kind of policy trains, goes on and is shown like any other, and starts from what another cell
 //! has learned.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::{
     fs,

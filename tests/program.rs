@@ -1,6 +1,6 @@
 //! The program as its users run it. All in one binary, since one for each of these files takes longer to
 //! build than to run; what needs a browser or a second build is apart: `report.rs`, `contributions.rs`.
-#![allow(missing_docs)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod bad_experiments;
 mod command_line;

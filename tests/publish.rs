@@ -1,6 +1,5 @@
 //! `itarl publish`: what is told of a run is told of the folder that was made of it, which nothing can
 //! go on from; and `itarl findings`, of both.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::{
     fs,

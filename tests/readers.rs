@@ -1,6 +1,5 @@
 //! Whoever reads a run believes what a resume would go on from, names what else there is, and leaves it
 //! out.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::{
     ffi::OsStr,

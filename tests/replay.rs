@@ -1,5 +1,4 @@
 //! `itarl replay`: what it writes, where, and what it says when it can't.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::{
     fs,

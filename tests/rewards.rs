@@ -1,5 +1,4 @@
 //! Every kind of reward trains, goes on and is shown like any other.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::{
     collections::BTreeSet,

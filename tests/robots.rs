@@ -1,6 +1,5 @@
 //! Robots that differ from their model files: a cell's robot is that of a file in which the keys were
 //! changed by hand, wherever the cell is looked at.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::{
     collections::BTreeMap,

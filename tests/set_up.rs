@@ -1,5 +1,4 @@
 //! `make setup` on a machine where another apt is at work. Its apt is a script of ours.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::{
     fs::{self, Permissions},

@@ -1,5 +1,4 @@
 //! Asked to stop by a signal, it stops at its next control step, with all saved.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::{
     fs,

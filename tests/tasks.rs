@@ -1,6 +1,5 @@
 //! What a run came to is told by its own task, and its information by its own kind, with their units,
 //! wherever they're told; by what all measure, where there are several.
-#![allow(clippy::unwrap_used, missing_docs)]
 
 use std::{
     collections::BTreeMap,

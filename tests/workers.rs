@@ -3,7 +3,6 @@
 //!
 //! `STARTS` is how often 64 of them start at the same moment, `CRASHES` how many kills must hit, `CELLS`
 //! how many cells a large run has.
-#![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
 use std::{
     collections::BTreeMap,
