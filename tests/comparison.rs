@@ -182,3 +182,37 @@ fn json_has_a_line_for_each_run_as_it_has_it_alone() {
     };
     assert_eq!(json(&[&a, &b]), json(&[&a]) + &json(&[&b]));
 }
+
+/// What is told of an older run's first updates is what was told of it at that age.
+#[test]
+fn cells_of_unequal_age_are_asked_at_the_same_one() {
+    let (folder, [older]) = runs([&[]]);
+    let younger = folder.path().join("younger");
+    train(&younger, &["--set", "learning.updates=12"]).ends(DONE);
+    let was = itarl(&["findings", text(&younger)]).ends(DONE).out;
+    let said = itarl(&["findings", text(&older), "--until", "12"]).ends(DONE);
+    assert_eq!(said.out, was + "cells that have 12 updates, as they were then\n");
+    let figures = |run: &Path, more: &[&str]| {
+        let out = folder.path().join("out");
+        itarl(&[&["plot", text(run), "final", "--out", text(&out)], more].concat()).ends(DONE);
+        fs::read(out.join("settings.csv")).unwrap()
+    };
+    assert_eq!(figures(&older, &["--until", "12"]), figures(&younger, &[]));
+
+    itarl(&["findings", text(&older), "--until", "21"])
+        .ends(FAILED)
+        .complains(&["run-1: no cell has 21 updates: `itarl status "]);
+    let unequal = folder.path().join("unequal");
+    for (index, updates) in ["4", "8"].iter().enumerate() {
+        let index = index.to_string();
+        let cell = ["cell", CRAWLER, "--out", text(&unequal), "--stop-after", updates];
+        itarl(&[&cell[..], &["--index", &index]].concat()).ends(STOPPED);
+    }
+    let counted = |more: &[&str]| {
+        let said = itarl(&[&["findings", text(&unequal)], more].concat()).ends(DONE).out;
+        said.lines().nth(2).unwrap().split('|').nth(2).unwrap().trim().to_owned()
+    };
+    assert_eq!(counted(&[]), "2");
+    assert_eq!(counted(&["--until", "4"]), "2");
+    assert_eq!(counted(&["--until", "8"]), "1");
+}

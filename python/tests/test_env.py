@@ -198,6 +198,18 @@ def test_mistakes_say_what_was_expected_and_found(tmp_path):
         VectorEnv(WORM, num_envs=2).reset(seed=[1, 2, 3])
 
 
+def test_a_robot_without_sensors_has_no_information(tmp_path):
+    """As for `itarl rollout`: there's nothing to measure information of."""
+    blind = tmp_path / "blind.toml"
+    blind.write_text("sensors = []\n" + WORM.read_text())
+    env = Env(blind)
+    env.reset(seed=1)
+    *_, info = env.step(np.zeros(env.action_space.shape))
+    assert (info["xi"], info["intrinsic_nats"]) == (1, 0)
+    with pytest.raises(Error, match="sensors"):
+        Env(blind, settings={"reward.intrinsic.kind": "mutual_information"})
+
+
 def test_other_threads_run_meanwhile_and_are_told():
     """Stepping lets go of the interpreter: another thread comes in between, and is refused."""
     vector = VectorEnv(SVENJA, num_envs=16)

@@ -30,6 +30,7 @@ pub(super) fn run_of(settings: &[(&str, Vec<Vec<f64>>)]) -> Results {
         intrinsic_nats: curve.iter().map(|value| value / 2.0).collect(),
         performance: curve.clone(),
         columns: Thinned::of(&curve.iter().map(row).collect::<Vec<_>>()),
+        updates: curve.len(),
         moments: moments(curve.iter().map(|value| (*value, value / 2.0))),
         outcome: Outcome::default(),
         contacts: None,

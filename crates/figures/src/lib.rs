@@ -203,6 +203,17 @@ pub enum Error {
         /// What would be there, if it could be read.
         omitted: Vec<Omitted>,
     },
+    /// No cell came as far as is asked for.
+    #[error(
+        "{folder}: no cell has {updates} updates: `itarl status {folder}` shows how many they have",
+        folder = folder.display()
+    )]
+    Young {
+        /// The run's folder.
+        folder: PathBuf,
+        /// Those that were asked for.
+        updates: u64,
+    },
     /// Two runs are judged by different things, which can't stand on one axis.
     #[error("{}", incomparable(.0))]
     Incomparable(Box<[(PathBuf, Measure); 2]>),

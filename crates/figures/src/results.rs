@@ -59,8 +59,11 @@ pub struct CellResults {
     pub performance: Vec<f64>,
     /// All columns of the metrics, in their order, as thin as they're drawn.
     pub(crate) columns: Vec<Thinned>,
-    /// Of what it's judged by, and the information, over its single updates.
+    /// Of what it's judged by, and the information, over its single updates, or over its rows if only
+    /// these are known.
     pub(crate) moments: Moments,
+    /// Those done, or that are looked at.
+    pub(crate) updates: usize,
     /// The outcome of its training so far.
     pub outcome: Outcome,
     /// The feet of the last control steps; only read for cells that [`best_and_median`] has.
@@ -224,7 +227,7 @@ impl CellResults {
     /// The number of updates done; those that don't fill a row are counted too.
     #[must_use]
     pub fn updates(&self) -> usize {
-        self.moments.n as usize
+        self.updates
     }
 
     /// Of rows, each the mean of `every` updates, and of the single updates' moments where they're
@@ -241,6 +244,8 @@ impl CellResults {
         }
         let column = |of: fn(&Row) -> f64| rows.iter().map(of).collect();
         let Some(last) = rows.last() else { return Ok(None) };
+        // What is known of all updates says nothing where later ones aren't looked at.
+        let moments = moments.filter(|of| of.n < last.update + every as u64);
         let read = Self {
             name: cell.folder(),
             seed: cell.seed,
@@ -250,6 +255,7 @@ impl CellResults {
             performance: rows.iter().map(|row| measure.of(row)).collect(),
             columns: Thinned::of(&rows),
             moments: moments.unwrap_or_else(|| measure.moments(&rows)),
+            updates: moments.map_or(last.update, |of| of.n) as usize,
             outcome: Outcome::default(),
             contacts: None,
         };

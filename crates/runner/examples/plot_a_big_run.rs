@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let start = Instant::now();
     let catalogue = Catalogue::open(&folder)?;
-    let (results, omitted) = catalogue.results(&|_, _| {})?;
+    let (results, omitted) = catalogue.results(None, &|_, _| {})?;
     omitted.iter().for_each(|it| println!("{it}"));
     println!("{:6.2} s  read", start.elapsed().as_secs_f64());
     let begin = Instant::now();

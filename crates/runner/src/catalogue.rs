@@ -261,22 +261,27 @@ impl Catalogue {
         }
     }
 
-    /// What the run came to so far, and what had to be left out. `progress` is told how many of how
-    /// many cells are read, from any thread.
+    /// What the run came to so far, and what had to be left out; or what it had come to by the update
+    /// `until`, of cells that came so far. `progress` is told how many of how many cells are read, from
+    /// any thread.
     ///
     /// # Errors
     /// If there's no update in it yet.
     pub fn results(
         &self,
+        until: Option<u64>,
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<(Results, Vec<Omitted>), figures::Error> {
         // The manifest lists the same cells.
-        Results::read(
-            &self.run,
-            self.measure(),
-            &|cell| self.rows(&self.cells[cell.index]),
-            progress,
-        )
+        let rows = |cell: &runs::Cell| {
+            let mut rows = self.rows(&self.cells[cell.index])?;
+            if let Some(until) = until {
+                let asked = usize::try_from(until / self.every()).unwrap_or(usize::MAX);
+                rows.truncate(if rows.len() < asked { 0 } else { asked });
+            }
+            Ok(rows)
+        };
+        Results::read(&self.run, self.measure(), &rows, progress)
     }
 
     /// That a cell's checkpoint and metrics can be believed; what is derived from them then can, too.

@@ -114,12 +114,16 @@ docs/figures.md says what each figure and table shows.")]
     #[command(after_help = "Example:
   itarl findings runs/figure2
   itarl findings runs/worlds runs/worlds-32    # each for itself
+  itarl findings runs/worlds --until 240       # of an unfinished run, all cells at the same age
 
 docs/figures.md says how each is judged.")]
     Findings {
         /// The run's folder, or several, each asked for itself
         #[arg(required = true, value_name = "RUN", value_hint = ValueHint::DirPath)]
         runs: Vec<PathBuf>,
+        /// Only the first so many updates of each cell, and only cells that have them
+        #[arg(long, value_name = "UPDATES", value_parser = clap::value_parser!(u64).range(1..))]
+        until: Option<u64>,
     },
     /// Say what is wrong with how a run's cells learn, since when, and what to try
     #[command(after_help = "Examples:

@@ -12,7 +12,7 @@ use std::{
 };
 
 use anyhow::bail;
-use figures::{Measure, Omitted, Results};
+use figures::{Error, Measure, Omitted, Results};
 
 use crate::{
     catalogue::{Catalogue, RunCell},
@@ -35,6 +35,8 @@ pub struct Comparison {
     /// What stands before a setting's name: a run's own part, each different; empty of one run alone.
     parts: Vec<String>,
     differences: Vec<Difference>,
+    /// The last update that counts; none if all do.
+    until: Option<u64>,
 }
 
 /// A key that doesn't have the same values in all runs.
@@ -76,7 +78,14 @@ impl Comparison {
             folders.iter().map(|folder| Catalogue::open(folder)).collect::<Result<_, _>>()?;
         let differences = differences(&catalogues);
         let parts = parts(folders, &differences, &names(&catalogues));
-        Ok(Self { catalogues, parts, differences })
+        Ok(Self { catalogues, parts, differences, until: None })
+    }
+
+    /// The same at one age: only the first so many updates count, of cells that have as many. None: all
+    /// of all.
+    #[must_use]
+    pub fn until(self, update: Option<u64>) -> Self {
+        Self { until: update, ..self }
     }
 
     /// The runs.
@@ -106,8 +115,8 @@ impl Comparison {
     /// What all are judged by.
     ///
     /// # Errors
-    /// [`figures::Error::Incomparable`] if that isn't the same.
-    pub fn measure(&self) -> Result<Measure, figures::Error> {
+    /// [`Error::Incomparable`] if that isn't the same.
+    pub fn measure(&self) -> Result<Measure, Error> {
         let nothing = |it: &Catalogue| Results {
             folders: vec![it.run().folder().into()],
             measure: it.measure(),
@@ -124,13 +133,18 @@ impl Comparison {
     pub fn results(
         &self,
         progress: &(dyn Fn(usize, usize) + Sync),
-    ) -> Result<(Results, Vec<Omitted>), figures::Error> {
+    ) -> Result<(Results, Vec<Omitted>), Error> {
         self.measure()?;
         let total: usize = self.catalogues.iter().map(|it| it.cells().len()).sum();
         let (mut runs, mut omitted, mut before) = (Vec::new(), Vec::new(), 0);
         for (i, catalogue) in self.catalogues.iter().enumerate() {
-            let (mut results, left_out) =
-                catalogue.results(&|done, _| progress(before + done, total))?;
+            let read = catalogue.results(self.until, &|done, _| progress(before + done, total));
+            let (mut results, left_out) = read.map_err(|error| match (error, self.until) {
+                (Error::Empty { folder, omitted }, Some(updates)) if omitted.is_empty() => {
+                    Error::Young { folder, updates }
+                }
+                (error, _) => error,
+            })?;
             before += catalogue.cells().len();
             for setting in &mut results.settings {
                 setting.name = self.named(i, &setting.name);

@@ -32,6 +32,16 @@ pub(crate) fn open_model(path: &Path) -> Result<Morphology, Problems> {
     Morphology::parse(&path.display().to_string(), &text(path)?)
 }
 
+/// The text of an experiment with a robot and the paper's settings, but for information where there are
+/// no sensors to have any.
+pub(crate) fn defaults(path: &Path, robot: &Morphology) -> String {
+    let mut text = format!("model = {}", Value::String(absolute(path)));
+    if robot.sensors().is_empty() {
+        text += "\nreward = { intrinsic.kind = \"none\", mix.xi = 1 }";
+    }
+    text
+}
+
 /// The text of a model's copy, which needs no other files: it has what all robots that are made of it
 /// take from meshes.
 ///

@@ -94,7 +94,7 @@ fn read(catalogue: &Catalogue) -> Read<'_> {
 /// gives those that can't be read.
 fn record(from: &Catalogue, publication: &mut Publication) -> anyhow::Result<Vec<Omitted>> {
     let to = Catalogue::of(publication.run()?)?;
-    let (results, mut omitted) = to.results(&|_, _| {})?;
+    let (results, mut omitted) = to.results(None, &|_, _| {})?;
     let mut wanted = Vec::new();
     for (setting, choice) in results.settings.iter().zip(best_and_median(&results)) {
         let mut chosen = vec![&setting.cells[choice.best], &setting.cells[choice.median]];

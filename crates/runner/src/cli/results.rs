@@ -59,6 +59,9 @@ pub struct Plot {
     /// The two best cells in feet, in place of the best and the median one
     #[arg(long)]
     pub two_best: bool,
+    /// Only the first so many updates of each cell, and only cells that have them
+    #[arg(long, value_name = "UPDATES", value_parser = clap::value_parser!(u64).range(1..))]
+    pub until: Option<u64>,
 }
 
 /// The arguments of `itarl report`.

@@ -11,9 +11,9 @@ use crate::{
     progress::{Counter, notify},
 };
 
-pub(super) fn findings(folders: &[PathBuf]) -> anyhow::Result<Outcome> {
+pub(super) fn findings(folders: &[PathBuf], until: Option<u64>) -> anyhow::Result<Outcome> {
     let counter = Counter::new(joined(folders));
-    let comparison = Comparison::open(folders)?;
+    let comparison = Comparison::open(folders)?.until(until);
     let (results, omitted) =
         comparison.results(&|done, total| counter.report(done, total, "cells read"))?;
     counter.aside(|| omitted.iter().for_each(notify));
@@ -23,6 +23,9 @@ pub(super) fn findings(folders: &[PathBuf]) -> anyhow::Result<Outcome> {
         print_line(format_args!("{name}: left out, since its xi changes"))?;
     }
     findings.notes.iter().try_for_each(print_line)?;
+    if let Some(update) = until {
+        print_line(format_args!("cells that have {update} updates, as they were then"))?;
+    }
     published_notes(&comparison).iter().try_for_each(print_line)?;
     results.measure.caveats.iter().try_for_each(print_line)?;
     Ok(if omitted.is_empty() { Outcome::Done } else { Outcome::Failed })

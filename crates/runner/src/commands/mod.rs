@@ -79,7 +79,7 @@ pub fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Plot(arguments) => plot::plot(&arguments),
         Command::Config(arguments) => config::config(arguments),
         Command::Check(arguments) => check::check(&arguments),
-        Command::Findings { runs } => findings::findings(&runs),
+        Command::Findings { runs, until } => findings::findings(&runs, until),
         Command::Export(arguments) => export::export(&arguments),
         Command::Publish(arguments) => publish::publish(&arguments),
         Command::Rollout(arguments) => rollout::rollout(&arguments),

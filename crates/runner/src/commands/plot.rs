@@ -17,7 +17,7 @@ use crate::{
 pub(super) fn plot(arguments: &Plot) -> anyhow::Result<Outcome> {
     let (runs, asked) = sorted_out(&arguments.shown)?;
     let counter = Counter::new(joined(&runs));
-    let comparison = Comparison::open(&runs)?;
+    let comparison = Comparison::open(&runs)?.until(arguments.until);
     let (results, omitted) =
         comparison.results(&|done, total| counter.report(done, total, "cells read"))?;
     counter.aside(|| omitted.iter().for_each(notify));

@@ -73,13 +73,9 @@ fn cell(folder: &Path) -> anyhow::Result<Subject> {
     })
 }
 
-/// With the paper's settings, but for information where there are no sensors to have any.
 fn model(path: &Path) -> anyhow::Result<Subject> {
     let morphology = models::open_model(path)?;
-    let mut text = format!("model = {}", toml::Value::String(path.display().to_string()));
-    if morphology.sensors().is_empty() {
-        text += "\nreward = { intrinsic.kind = \"none\", mix.xi = 1 }";
-    }
-    let experiment = Document::parse("defaults", &text)?.read(Experiment::read)?;
+    let defaults = Document::parse("defaults", &models::defaults(path, &morphology))?;
+    let experiment = defaults.read(Experiment::read)?;
     Ok(Subject { experiment, morphology, cell: None })
 }

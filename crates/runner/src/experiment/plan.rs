@@ -9,6 +9,7 @@ use config::{Document, MOST_PROBLEMS, Node, Place, Problem, Problems, Value};
 use toml::Table;
 
 use super::{Experiment, axis::Point, files, leaves, sweep::Sweep, twice::twice};
+use crate::models;
 
 /// All that an experiment file says.
 ///
@@ -60,13 +61,14 @@ impl Plan {
         Self::changed(Document::open(path)?, path, overrides)
     }
 
-    /// The paper's settings with a robot, with overrides as of [`Plan::open`].
+    /// The paper's settings with a robot, with overrides as of [`Plan::open`]. Without sensors it has a
+    /// reward without information.
     ///
     /// # Errors
-    /// All that is wrong with the overrides. The robot's file isn't opened.
+    /// All that is wrong with the robot, or with the overrides.
     pub fn of_model(model: &Path, overrides: &[String]) -> Result<Self, Problems> {
-        let text = format!("model = {}", toml::Value::String(files::absolute(model)));
-        Self::changed(Document::parse("defaults", &text)?, Path::new(""), overrides)
+        let defaults = models::defaults(model, &models::open_model(model)?);
+        Self::changed(Document::parse("defaults", &defaults)?, Path::new(""), overrides)
     }
 
     fn changed(
