@@ -93,11 +93,10 @@ fn written(options: &[String], command: &str) -> String {
     script
         + &format!(
             "\n\
+             trap 'trap \"\" USR1 TERM; kill -USR1 $!' USR1 TERM\n\
              {command} &\n\
-             worker=$!\n\
-             trap 'trap \"\" USR1 TERM; kill -USR1 $worker' USR1 TERM\n\
-             wait $worker\n\
-             wait $worker  # a signal ends the first wait, and not the worker\n\
+             wait $!\n\
+             wait $!  # a signal ends the first wait, and not the worker\n\
              code=$?\n\
              if test $code -eq 75; then\n  \
                scontrol requeue \"${{SLURM_ARRAY_JOB_ID}}_$SLURM_ARRAY_TASK_ID\"\n\
