@@ -150,6 +150,21 @@ fn only_the_best_and_the_median_are_recorded() {
     assert_eq!(recordings.count(), 4);
     itarl(&["plot", text(&out)]).ends(DONE);
     itarl(&["report", text(&out)]).ends(DONE);
+
+    let small = folder.path().join("small");
+    publish(&run, &small, &["--every", "4", "--recordings", "8"]).ends(DONE);
+    let sizes = |of: &Path| -> Vec<usize> {
+        let files = tree(&of.join("cells")).into_iter();
+        files
+            .filter(|(name, _)| name.ends_with("replay.safetensors"))
+            .map(|it| it.1.len())
+            .collect()
+    };
+    let (all, ends) = (sizes(&out), sizes(&small));
+    assert_eq!(ends.len(), 4);
+    // A quarter of 8 kB each, to which a header comes that the longer ones have, too.
+    assert!(all.iter().zip(&ends).all(|(all, end)| *end + 1000 < *all), "{all:?} {ends:?}");
+    itarl(&["report", text(&small)]).ends(DONE);
 }
 
 #[test]

@@ -17,8 +17,9 @@ use crate::{
 /// Rows that a cell has at most, if nothing else is asked for.
 const ROWS: u64 = 300;
 
-/// Of all recordings together. Of five settings it's half a minute of each robot.
-const RECORDING_BYTES: usize = 5_000_000;
+/// Of all recordings together, in kB, if nothing else is asked for. Of five settings it's half a minute of
+/// each robot.
+pub const RECORDINGS_KB: u64 = 5000;
 
 /// What was published.
 #[derive(Debug)]
@@ -32,7 +33,8 @@ pub struct Said {
 }
 
 /// Publishes a run, finished or not: its cells with means over `every` updates, by default so many that
-/// the longest has up to 300 rows, and the recordings of each setting's best and median cell.
+/// the longest has up to 300 rows, and the recordings of each setting's best and median cell, of which
+/// all together have up to `recordings_kb`, or a control step each.
 ///
 /// # Errors
 /// A folder that is no run, or itself published; something at the new folder's place; no cell that has
@@ -41,6 +43,7 @@ pub fn publish(
     folder: &Path,
     out: &Path,
     every: Option<u64>,
+    recordings_kb: u64,
     progress: &Progress<'_>,
 ) -> anyhow::Result<Said> {
     let catalogue = Catalogue::open(folder)?;
@@ -70,7 +73,7 @@ pub fn publish(
         publication.add(listed, &cell.folder, (rows, moments))?;
         progress(i + 1, cells.len(), "cells published");
     }
-    omitted.extend(record(&catalogue, &mut publication)?);
+    omitted.extend(record(&catalogue, &mut publication, recordings_kb)?);
     let published = Catalogue::of(publication.finish()?)?;
     Ok(Said { every, cells: published.status(Look::Thorough), omitted })
 }
@@ -92,7 +95,11 @@ fn read(catalogue: &Catalogue) -> Read<'_> {
 
 /// Adds the recordings of each setting's best and median cell, their ends where they are too long;
 /// gives those that can't be read.
-fn record(from: &Catalogue, publication: &mut Publication) -> anyhow::Result<Vec<Omitted>> {
+fn record(
+    from: &Catalogue,
+    publication: &mut Publication,
+    most_kb: u64,
+) -> anyhow::Result<Vec<Omitted>> {
     let to = Catalogue::of(publication.run()?)?;
     let (results, mut omitted) = to.results(None, &|_, _| {})?;
     let mut wanted = Vec::new();
@@ -101,7 +108,8 @@ fn record(from: &Catalogue, publication: &mut Publication) -> anyhow::Result<Vec
         chosen.dedup_by_key(|cell| cell.seed);
         wanted.extend(chosen);
     }
-    let most_bytes = RECORDING_BYTES / wanted.len().max(1);
+    let all_bytes = usize::try_from(most_kb.saturating_mul(1000)).unwrap_or(usize::MAX);
+    let most_bytes = all_bytes / wanted.len().max(1);
     for cell in from.cells() {
         let name = cell.cell.folder().display().to_string();
         if wanted.iter().all(|it| it.name != name) {

@@ -10,6 +10,7 @@ use clap_complete::engine::ArgValueCompleter as Completer;
 use serde::Serialize;
 
 use super::{Print, Shown, complete};
+use crate::publish::RECORDINGS_KB;
 
 /// The arguments of `itarl summary`.
 #[derive(Debug, Args)]
@@ -87,6 +88,9 @@ pub struct Publish {
     /// Updates that a row is the mean of [default: so many that the longest cell has up to 300 rows]
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u64).range(1..))]
     pub every: Option<u64>,
+    /// Size of all recordings together: the ends of longer ones
+    #[arg(long, value_name = "KB", default_value_t = RECORDINGS_KB)]
+    pub recordings: u64,
 }
 
 /// The arguments of `itarl export`.

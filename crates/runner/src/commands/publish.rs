@@ -8,10 +8,10 @@ use crate::{
 };
 
 pub(super) fn publish(arguments: &Publish) -> anyhow::Result<Outcome> {
-    let Publish { run, out, every } = arguments;
+    let Publish { run, out, every, recordings } = arguments;
     let counter = Counter::new(run.display().to_string());
     let progress = |done, total, what: &str| counter.report(done, total, what);
-    let said = publish::publish(run, out, *every, &progress)?;
+    let said = publish::publish(run, out, *every, *recordings, &progress)?;
     counter.aside(|| said.omitted.iter().for_each(notify));
     let (rows, cells) = (said.every, summary(&said.cells));
     let updates = if rows == 1 { "update" } else { "updates" };
