@@ -215,4 +215,22 @@ fn cells_of_unequal_age_are_asked_at_the_same_one() {
     assert_eq!(counted(&[]), "2");
     assert_eq!(counted(&["--until", "4"]), "2");
     assert_eq!(counted(&["--until", "8"]), "1");
+
+    // Published: r is over rows, of the cell that has no more of them, too.
+    let published = folder.path().join("published");
+    itarl(&["publish", text(&unequal), "--out", text(&published), "--every", "2"]).ends(DONE);
+    let mut pairs = Vec::new();
+    for seed in ["1", "2"] {
+        let of = published.join("cells/xi=0.75/seed=".to_owned() + seed).join("metrics.csv");
+        let number = |row: &BTreeMap<String, String>, key: &str| row[key].parse::<f64>().unwrap();
+        let both = |row| (number(row, "R_Loc"), number(row, "R_MI_nats"));
+        pairs.extend(rows(&of).iter().take(2).map(both));
+    }
+    let mean = |of: fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>() / pairs.len() as f64;
+    let (x, y) = (mean(|it| it.0), mean(|it| it.1));
+    let sum =
+        |of: &dyn Fn(f64, f64) -> f64| pairs.iter().map(|it| of(it.0 - x, it.1 - y)).sum::<f64>();
+    let r = sum(&|x, y| x * y) / (sum(&|x, _| x * x) * sum(&|_, y| y * y)).sqrt();
+    let told = format!("over all updates: {}\n", figures::three_digits(r));
+    itarl(&["findings", text(&published), "--until", "4"]).ends(DONE).prints(&[&told]);
 }

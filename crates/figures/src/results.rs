@@ -10,7 +10,7 @@ use std::{
 
 use runs::{Cell, CellFolder, Moments, Row, Run};
 
-use super::{Contacts, Error, Measure, Outcome, choice, curves::Thinned};
+use super::{Contacts, Error, Measure, Outcome, choice, curves::Thinned, statistics::moments};
 
 /// Beyond it a number isn't one that learning gives, and its square has no place in an f64.
 const LARGEST: f64 = 1e100;
@@ -147,9 +147,22 @@ impl Results {
             return Err(Error::Empty { folder: folder.into(), omitted });
         }
         let mut read = Self { folders: vec![folder.into()], measure, settings };
+        read.weigh_alike();
         Outcome::evaluate(std::slice::from_mut(&mut read));
         read.read_contacts(&mut omitted);
         Ok((read, omitted))
+    }
+
+    /// Where the moments of one cell are of rows, those of all are: an update that is alone would
+    /// otherwise count as much as a row.
+    fn weigh_alike(&mut self) {
+        if self.cells().all(|cell| cell.moments.n == cell.updates as u64) {
+            return;
+        }
+        for cell in self.settings.iter_mut().flat_map(|it| &mut it.cells) {
+            let pairs = cell.performance.iter().zip(&cell.intrinsic_nats);
+            cell.moments = moments(pairs.map(|(x, y)| (*x, *y)));
+        }
     }
 
     /// All cells, setting by setting.

@@ -17,8 +17,8 @@ use crate::{
 /// Rows that a cell has at most, if nothing else is asked for.
 const ROWS: u64 = 300;
 
-/// Of all recordings together, in kB, if nothing else is asked for. Of five settings it's half a minute of
-/// each robot.
+/// What all recordings together may take, in kB, if nothing else is asked for. Of five settings that's half
+/// a minute of each robot.
 pub const RECORDINGS_KB: u64 = 5000;
 
 /// What was published.
