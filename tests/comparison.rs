@@ -219,6 +219,9 @@ fn cells_of_unequal_age_are_asked_at_the_same_one() {
     // Published: r is over rows, of the cell that has no more of them, too.
     let published = folder.path().join("published");
     itarl(&["publish", text(&unequal), "--out", text(&published), "--every", "2"]).ends(DONE);
+    itarl(&["findings", text(&published), "--until", "1"])
+        .ends(FAILED)
+        .complains(&["published: it has means over 2 updates, so the first 1 can't be told apart"]);
     let mut pairs = Vec::new();
     for seed in ["1", "2"] {
         let of = published.join("cells/xi=0.75/seed=".to_owned() + seed).join("metrics.csv");

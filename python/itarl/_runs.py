@@ -53,20 +53,28 @@ class Run:
         """The rows of all cells beneath each other: `setting`, `seed`, a column for each swept key that has one
         value in a cell, and those of metrics.csv. A cell that can't be read is left out, with a warning.
         """
-        swept = [key for key in self.sweep if key != "seeds"]
+        swept = {key: self._swept(key) for key in self.sweep if key != "seeds"}
         parts: list[Columns] = []
-        for cell in self.cells:
+        for index, cell in enumerate(self.cells):
             try:
                 metrics = cell.columns()
             except Error as error:
                 warnings.warn(f"{cell.setting}, seed {cell.seed}, is left out: {error}", stacklevel=2)
                 continue
-            values = {key: _look_up(cell.settings, key) for key in swept}
+            values = {key: of_cells[index] for key, of_cells in swept.items()}
             labels = {"setting": cell.setting, "seed": cell.seed} | values
             n = len(metrics["update"])
             parts.append({key: np.repeat(np.asarray(value), n) for key, value in labels.items()} | metrics)
         names = [key for key in (parts[0] if parts else {}) if all(part[key].dtype != object for part in parts)]
         return {name: np.concatenate([part[name] for part in parts]) for name in names}
+
+    def _swept(self, key: str) -> list[Any]:
+        """Of each cell the value of a swept key. Settings don't name a kind that is the default: that is the one
+        which no cell names.
+        """
+        named = [_look_up(cell.settings, key) for cell in self.cells]
+        left = [it for it in self.sweep[key] if it not in named and not isinstance(it, dict | list)]
+        return [left[0] if value is None and len(left) == 1 else value for value in named]
 
     def pandas(self) -> pandas.DataFrame:
         """`columns()` as a frame of pandas."""

@@ -8,7 +8,7 @@ import warnings
 import numpy as np
 import pandas
 import pytest
-from conftest import itarl
+from conftest import SVENJA, itarl
 
 import itarl as lab
 
@@ -34,6 +34,24 @@ def test_frames_are_the_files(run):
     assert polar.columns == list(whole.columns)
     for name in polar.columns:
         np.testing.assert_array_equal(polar[name].to_list(), whole[name].to_list())
+
+
+def test_a_swept_kind_is_a_column(tmp_path):
+    """Also the one that is the default, which settings don't name."""
+    experiment = tmp_path / "kinds.toml"
+    experiment.write_text(
+        f"""
+        model = "{SVENJA}"
+        learning.updates = 1
+        learning.steps_per_update = 2
+        [sweep]
+        "policy.kind" = ["logistic", "crbm", "modular"]
+        """
+    )
+    itarl("train", experiment, "--out", tmp_path / "run")
+    whole = lab.read_run(tmp_path / "run").pandas()
+    assert list(whole["policy.kind"]) == ["logistic", "crbm", "modular"]
+    assert list(whole["setting"]) == ["kind=logistic", "kind=crbm", "kind=modular"]
 
 
 def tensors_of(path) -> dict[str, np.ndarray]:

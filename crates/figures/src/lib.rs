@@ -204,15 +204,14 @@ pub enum Error {
         omitted: Vec<Omitted>,
     },
     /// No cell came as far as is asked for.
-    #[error(
-        "{folder}: no cell has {updates} updates: `itarl status {folder}` shows how many they have",
-        folder = folder.display()
-    )]
+    #[error("{}: {}", folder.display(), young(folder, *updates, *every))]
     Young {
         /// The run's folder.
         folder: PathBuf,
         /// Those that were asked for.
         updates: u64,
+        /// Updates of a row.
+        every: u64,
     },
     /// Two runs are judged by different things, which can't stand on one axis.
     #[error("{}", incomparable(.0))]
@@ -260,6 +259,16 @@ fn empty(folder: &std::path::Path, omitted: &[Omitted]) -> String {
     }
     let lines: Vec<_> = omitted.iter().map(|it| format!("\n  {it}")).collect();
     format!("no cell that has an update can be read{}", lines.concat())
+}
+
+fn young(folder: &std::path::Path, updates: u64, every: u64) -> String {
+    if updates < every {
+        return format!(
+            "it has means over {every} updates, so the first {updates} can't be told apart"
+        );
+    }
+    let folder = folder.display();
+    format!("no cell has {updates} updates: `itarl status {folder}` shows how many they have")
 }
 
 impl<E: std::error::Error + Send + Sync> From<plotters::drawing::DrawingAreaErrorKind<E>>

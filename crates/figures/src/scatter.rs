@@ -46,7 +46,8 @@ const ALL_POINTS: usize = 20_000;
 const COLUMNS: usize = 5;
 const TITLE_LINE: f64 = 18.0;
 const MARGIN: f64 = 44.0;
-const GAP: f64 = 12.0;
+/// Numbers at the ends of two axes don't touch.
+const GAP: f64 = 26.0;
 
 fn draw(run: &Results, _: &Options) -> Result<Drawing, Error> {
     let Some(information) = &run.measure.information else {

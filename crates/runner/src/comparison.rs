@@ -141,7 +141,7 @@ impl Comparison {
             let read = catalogue.results(self.until, &|done, _| progress(before + done, total));
             let (mut results, left_out) = read.map_err(|error| match (error, self.until) {
                 (Error::Empty { folder, omitted }, Some(updates)) if omitted.is_empty() => {
-                    Error::Young { folder, updates }
+                    Error::Young { folder, updates, every: catalogue.every() }
                 }
                 (error, _) => error,
             })?;
