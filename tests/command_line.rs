@@ -346,7 +346,7 @@ fn rollouts_report_and_write_a_table() {
         (said.out, table(&csv))
     };
     let (model, gait) = (Path::new("tests/models/crawler.toml"), "tests/models/gaits/crawler.toml");
-    let mut advances = Vec::new();
+    let (mut advances, mut stills) = (Vec::new(), Vec::new());
     for (what, policy) in [
         (&*cell, &[][..]),
         (&cell, &["--policy", "random"]),
@@ -378,8 +378,16 @@ fn rollouts_report_and_write_a_table() {
         assert!(rows[1..].iter().flatten().all(|it| it.parse::<f64>().unwrap().is_finite()));
         let advance_m: f64 = rows[1..].iter().map(|row| row[4].parse::<f64>().unwrap()).sum();
         assert!(said.contains(&format!("{:+.4} m per control step", advance_m / 50.0)), "{said}");
+        // One change in 50 steps is 2 % of them.
+        let n = rows[0].len();
+        let is_still = |&column: &usize| rows[1..].iter().all(|row| row[column] == rows[1][column]);
+        let n_still = (n - 2..n).filter(is_still).count();
+        assert!(said.contains(&format!("actuators at rest    {n_still} of 2\n")), "{said}");
+        stills.push(n_still);
         advances.push(advance_m);
     }
+    // Whoever stands keeps both still, the gait moves both.
+    assert_eq!([2, 3, 4, 5].map(|i| stills[i]), [2, 0, 2, 0]);
     // The gait crawls, and nothing that holds still does.
     assert!(advances[3] > 0.3, "{advances:?}");
     assert!(advances[2].abs() < 0.01 && advances[4].abs() < 0.01, "{advances:?}");

@@ -100,6 +100,8 @@ pub struct Summary {
     pub contacts: Vec<f64>,
     /// Control steps times penalised parts that touched.
     pub penalised_contacts: u64,
+    /// How many control steps set another target than the one before, of each actuator.
+    pub target_changes: Vec<u64>,
 }
 
 /// Lets a driver act for so many control steps; each is shown to `see`. What the task draws is of the
@@ -126,9 +128,14 @@ pub fn roll_out(
     let n_contacts = morphology.contacts().len();
     let mut summary =
         Summary { steps: n_steps, contacts: vec![0.0; n_contacts], ..Summary::default() };
+    summary.target_changes = vec![0; morphology.actuators().len()];
     let start = episode.state().centre_of_gravity_m;
+    let mut targets_before = Vec::new();
     for step in 0..n_steps {
         driver.decide(step, &mut episode)?;
+        summary.compare(&targets_before, episode.targets());
+        targets_before.clear();
+        targets_before.extend_from_slice(episode.targets());
         episode.simulate(&mut solver)?;
         let did = episode.evaluate(0)?;
         let seen = RolloutStep { step, did, episode: &episode };
@@ -159,6 +166,20 @@ pub fn record(
 }
 
 impl Summary {
+    /// How many actuators keep still: their target changes in fewer than 2 % of the steps.
+    #[must_use]
+    pub fn still_actuators(&self) -> usize {
+        let is_still = |&&changes: &&u64| 50 * changes < self.steps;
+        self.target_changes.iter().filter(is_still).count()
+    }
+
+    /// The targets of a step, and of the one before if there is one.
+    fn compare(&mut self, before: &[f64], targets: &[f64]) {
+        for ((changes, before), target) in self.target_changes.iter_mut().zip(before).zip(targets) {
+            *changes += u64::from(before != target);
+        }
+    }
+
     fn add(&mut self, step: &RolloutStep<'_>, n_contacts: usize) {
         let n = self.steps as f64;
         let Evaluation { terms, advance_m, heading_change_rad, penalised_contacts, .. } = step.did;

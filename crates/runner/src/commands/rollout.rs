@@ -56,6 +56,8 @@ struct Report<'a> {
     #[serde(skip)]
     information: Option<Information>,
     penalised_contacts: u64,
+    actuators: usize,
+    still_actuators: usize,
     contacts: Vec<Contact<'a>>,
 }
 
@@ -86,6 +88,8 @@ impl<'a> Report<'a> {
             intrinsic_nats: summary.intrinsic_nats,
             information: information(&subject.experiment),
             penalised_contacts: summary.penalised_contacts,
+            actuators: summary.target_changes.len(),
+            still_actuators: summary.still_actuators(),
             contacts: contacts.map(contact).collect(),
         }
     }
@@ -141,6 +145,7 @@ impl fmt::Display for Report<'_> {
              net displacement     {:.3} m\n\
              heading change       {:+.1} degrees\n\
              {}penalised contacts   {}\n\
+             actuators at rest    {} of {}\n\
              contacts             {}",
             self.robot,
             self.policy,
@@ -152,6 +157,8 @@ impl fmt::Display for Report<'_> {
             self.heading_change_rad.to_degrees(),
             self.information.as_ref().map(nats).unwrap_or_default(),
             self.penalised_contacts,
+            self.still_actuators,
+            self.actuators,
             contacts.join(", ")
         )
     }
