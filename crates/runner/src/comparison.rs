@@ -32,7 +32,8 @@ const NONE: &str = "-";
 #[derive(Debug)]
 pub struct Comparison {
     catalogues: Vec<Catalogue>,
-    /// What stands before a setting's name: a run's own part, each different; empty of one run alone.
+    /// What stands before a setting's name, a run's own part; empty of one run alone, and where names
+    /// differ without it.
     parts: Vec<String>,
     differences: Vec<Difference>,
     /// The last update that counts; none if all do.
@@ -272,7 +273,10 @@ fn parts(folders: &[PathBuf], differences: &[Difference], settings: &[Vec<String
         let own = fixed.iter().filter(|it| it.values[run].len() == 1 && it.values[run][0] != NONE);
         let own = own
             .map(|it| format!("{}={}", last(&it.key), safe(it.values[run][0].trim_matches('"'))));
-        own.collect::<Vec<_>>().join(",")
+        // It may sweep a key with one value.
+        let is_named =
+            |own: &String| settings[run].iter().all(|name| name.split(',').any(|part| part == own));
+        own.filter(|it| !is_named(it)).collect::<Vec<_>>().join(",")
     };
     let by_keys: Vec<_> = (0..folders.len()).map(part).collect();
     let ends: BTreeSet<_> = fixed.iter().map(|it| last(&it.key)).collect();
@@ -333,6 +337,13 @@ mod tests {
         let found = parts_of(&[worlds.clone(), mix.clone()], [&["xi=0", "xi=1"], &["base"]]);
         assert_eq!(found, ["worlds=8", "worlds=32,xi=1"]);
         assert_eq!(parts_of(&[mix], [&["xi=0", "xi=1"], &["base"]]), ["a", "b"], "xi=1 is in both");
+        // Swept with one value, which its settings' names have already.
+        let mix = difference("reward.mix.xi", &[&["0", "1"], &["0.5"]]);
+        let swept: [&[&str]; 2] = [&["xi=0", "xi=1"], &["xi=0.5"]];
+        assert_eq!(parts_of(&[worlds.clone(), mix.clone()], swept), ["worlds=8", "worlds=32"]);
+        assert_eq!(parts_of(&[mix], swept), ["", ""]);
+        let one = difference("reward.mix.xi", &[&["0", "1"], &["1"]]);
+        assert_eq!(parts_of(&[one], [&["xi=0", "xi=1"], &["xi=1"]]), ["a", "b"], "xi=1 is in both");
         // Nothing, or too much.
         assert_eq!(parts_of(&[], xi), ["a", "b"]);
         let many = ["a.x", "b.y", "c.z"].map(|key| difference(key, &[&["1"], &["2"]]));
