@@ -64,7 +64,8 @@ pub(super) fn notes(run: &Results) -> Vec<String> {
         format!(
             "A value is a cell's mean {symbol} over its last {window} updates; in brackets the 95 % \
              interval (percentile bootstrap over cells; of a share Wilson's), which fewer than 6 cells \
-             don't have. An interval of a maximum can't reach beyond the highest cell."
+             don't have. Each stands by itself, not corrected for their number. An interval of a \
+             maximum can't reach beyond the highest cell."
         ),
         format!(
             "A part holds if its interval lies above 0, for a share above {MOST} and for r above \
