@@ -126,9 +126,12 @@ pub fn roll_out(
     }
 
     let n_contacts = morphology.contacts().len();
-    let mut summary =
-        Summary { steps: n_steps, contacts: vec![0.0; n_contacts], ..Summary::default() };
-    summary.target_changes = vec![0; morphology.actuators().len()];
+    let mut summary = Summary {
+        steps: n_steps,
+        contacts: vec![0.0; n_contacts],
+        target_changes: vec![0; morphology.actuators().len()],
+        ..Summary::default()
+    };
     let start = episode.state().centre_of_gravity_m;
     let mut targets_before = Vec::new();
     for step in 0..n_steps {
